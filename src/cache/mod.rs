@@ -1,0 +1,1 @@
+//! The light cache: vertices, their samples for each light, the dynamic mesh.

@@ -1,0 +1,1 @@
+//! Estimators: light arriving at a point from one source.

@@ -1,0 +1,40 @@
+//! Rays against the scene's triangles.
+
+pub mod bvh;
+
+use crate::scene::{FaceId, TriangleId};
+use glam::Vec3;
+
+/// A ray segment: points origin + t·direction with t in (0, t_max).
+#[derive(Clone, Copy, Debug)]
+pub struct Ray {
+    /// Origin, scene units.
+    pub origin: Vec3,
+    /// Direction; t counts in its length.
+    pub direction: Vec3,
+    /// End of the segment.
+    pub t_max: f32,
+}
+
+/// The closest hit of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance in lengths of the ray's direction.
+    pub t: f32,
+    /// The triangle.
+    pub triangle: TriangleId,
+    /// Barycentric weight of corner 1.
+    pub u: f32,
+    /// Barycentric weight of corner 2.
+    pub v: f32,
+    /// Whether the ray came from the back (clockwise) side.
+    pub back: bool,
+}
+
+impl Hit {
+    /// The face that was hit.
+    #[must_use]
+    pub const fn face(&self) -> FaceId {
+        FaceId::new(self.triangle, self.back)
+    }
+}

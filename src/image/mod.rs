@@ -1,0 +1,1 @@
+//! Images: film, EXR and PNG files, tone mapping, metrics.

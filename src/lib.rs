@@ -1,0 +1,33 @@
+//! Penombre: progressive global illumination whose geometry is exact from the first frame.
+//!
+//! The GPU draws geometry; a CPU engine computes light at mesh vertices and streams what changed. The map:
+//!
+//! - [`math`]: frames, sampling sequences, running statistics
+//! - [`scene`]: flat arrays of geometry, materials, lights, cameras; the loader
+//! - [`geom`]: rays, hits, the BVH
+//! - [`shade`]: reflection and emission
+//! - [`estimate`]: light arriving at a point from one source
+//! - [`cache`]: vertices, their samples a light, the dynamic mesh
+//! - [`refine`]: the engine thread that owns the cache
+//! - [`reference`]: the brute-force yardstick, no cache
+//! - [`vk`]: Vulkan objects with owners; [`pass`]: the frame
+//! - [`image`]: film, EXR, PNG, tone mapping, metrics; [`log`]: frame log
+//! - [`cli`]: one file a subcommand
+//!
+//! Dependencies point one way: `math ← scene ← geom ← shade ← estimate ← cache ← refine` and `vk ← pass`; `pass` reads
+//! `refine::update` and never the cache; nothing in the first chain names `ash`. `tests/layers.rs` holds the rule.
+
+pub mod cache;
+pub mod cli;
+pub mod error;
+pub mod estimate;
+pub mod geom;
+pub mod image;
+pub mod log;
+pub mod math;
+pub mod pass;
+pub mod reference;
+pub mod refine;
+pub mod scene;
+pub mod shade;
+pub mod vk;

@@ -1,0 +1,1 @@
+//! Frame log and run summary.

@@ -1,0 +1,1 @@
+//! Frames, sampling sequences, running statistics.

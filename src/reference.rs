@@ -1,0 +1,1 @@
+//! Brute-force path tracer: no cache, no tricks.

@@ -1,0 +1,84 @@
+//! What the engine tells the GPU: values written, and patches of triangles to redraw.
+//!
+//! The unit of update is a *patch*: the leaves drawn last and the leaves to draw now, both tiling the same region of
+//! one face. A new value, a split, a changed hanging pattern and a merge are all patches; while refinement does not
+//! exist yet, a patch is one face with `old == new`.
+
+use crate::scene::FaceId;
+use glam::Vec3;
+use std::ops::Range;
+
+/// Index of a vertex slot: position and luminance of one drawn vertex.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SlotId(pub u32);
+
+/// Index of a leaf triangle of the dynamic mesh, recycled when the leaf goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LeafId(pub u32);
+
+/// Contents of a vertex slot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slot {
+    /// Position, scene units (bit-identical to the scene's for base vertices).
+    pub position: Vec3,
+    /// Weight w: 1 valid, 0 invalid or not yet known; the rasteriser interpolates (w·D, w·S, w).
+    pub weight: f32,
+    /// Diffuse luminance D = Σ E/π, W·sr⁻¹·m⁻².
+    pub diffuse: Vec3,
+    /// Specular luminance S for the present camera, W·sr⁻¹·m⁻².
+    pub specular: Vec3,
+}
+
+/// A leaf triangle: its three vertices in the order of the face's corners (front winding), and the face it lies on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Leaf {
+    /// Vertices.
+    pub slots: [SlotId; 3],
+    /// The face.
+    pub face: FaceId,
+}
+
+/// One region of one face to redraw; the ranges index [`Update::patch_leaves`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Patch {
+    /// The face.
+    pub face: FaceId,
+    /// Leaves drawn last (empty the first time).
+    pub old: Range<u32>,
+    /// Leaves to draw now.
+    pub new: Range<u32>,
+}
+
+/// One batch of changes, applied in order: slots, then leaves, then patches.
+#[derive(Clone, Debug, Default)]
+pub struct Update {
+    /// The camera generation that it belongs to.
+    pub generation: u32,
+    /// Slots written.
+    pub slots: Vec<(SlotId, Slot)>,
+    /// Leaves defined or redefined.
+    pub leaves: Vec<(LeafId, Leaf)>,
+    /// Patches to redraw.
+    pub patches: Vec<Patch>,
+    /// Leaf lists of the patches.
+    pub patch_leaves: Vec<LeafId>,
+    /// State of the engine after this batch.
+    pub stats: EngineStats,
+}
+
+/// Running totals of the engine, for the log and the progress line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EngineStats {
+    /// Rays traced since the start.
+    pub rays: u64,
+    /// Vertices evaluated at least once.
+    pub vertices: u64,
+    /// Leaf triangles of the dynamic mesh.
+    pub triangles: u64,
+    /// CPU time of the engine and its workers, seconds.
+    pub cpu_seconds: f64,
+    /// Estimated relative error of the image; `None` while nothing can be said.
+    pub estimated_error: Option<f32>,
+    /// Nothing is left to do for this camera.
+    pub converged: bool,
+}

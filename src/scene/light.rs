@@ -1,0 +1,69 @@
+//! Lights: those of the scene file, and one area light a connected emissive component.
+
+use super::TriangleId;
+use glam::Vec3;
+
+/// Index into [`super::Scene::lights`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct LightId(pub u32);
+
+/// A light source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// Name for logs and edits: the `name` of the scene file, or `light N`, or the emissive material's name.
+    pub name: String,
+    /// What it is.
+    pub kind: LightKind,
+}
+
+/// The kinds of light. Units are radiometric, linear Rec.709 RGB.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LightKind {
+    /// A point light: E = I cosθ / d².
+    Point {
+        /// Position, scene units.
+        position: Vec3,
+        /// Radiant intensity, W·sr⁻¹.
+        intensity: Vec3,
+    },
+    /// A spot light: a point light times a smooth cone.
+    Spot {
+        /// Position, scene units.
+        position: Vec3,
+        /// Unit axis, pointing away from the light.
+        direction: Vec3,
+        /// Radiant intensity on the axis, W·sr⁻¹.
+        intensity: Vec3,
+        /// Cosine of the half angle inside which the intensity is full.
+        cos_inner: f32,
+        /// Cosine of the half angle outside which it is nil (< `cos_inner`).
+        cos_outer: f32,
+    },
+    /// Parallel light.
+    Directional {
+        /// Unit direction in which the light travels.
+        direction: Vec3,
+        /// Irradiance on a plane perpendicular to it, W·m⁻².
+        irradiance: Vec3,
+    },
+    /// A connected emissive component of the geometry.
+    Area {
+        /// Its triangles, in ascending order.
+        triangles: Vec<TriangleId>,
+    },
+}
+
+impl LightKind {
+    /// Whether the light is a single direction at each point (point, spot, directional): one shadow ray is exact.
+    #[must_use]
+    pub const fn is_delta(&self) -> bool {
+        !matches!(self, Self::Area { .. })
+    }
+}
+
+/// Cone falloff of a spot light: smoothstep of the cosine between the outer and the inner half angle.
+#[must_use]
+pub fn spot_falloff(cos_angle: f32, cos_inner: f32, cos_outer: f32) -> f32 {
+    let t = ((cos_angle - cos_outer) / (cos_inner - cos_outer).max(1e-6)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

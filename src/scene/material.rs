@@ -1,0 +1,61 @@
+//! Materials: the part of MTL that the reflection model uses.
+
+use super::texture::TextureId;
+use glam::Vec3;
+
+/// Index into [`super::Scene::materials`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MaterialId(pub u32);
+
+/// A physically normalised Phong material, f_r = k_d/π + k_s (s+2)/(2π) max(0, r·ω)^s  [FP03 §4.3].
+///
+/// The loader guarantees k_d + k_s ≤ 1 in each channel, all values finite and ≥ 0. Triangles of materials that
+/// cannot be drawn yet (glass: illum 4, 6, 7, 9 or d < 1 without `map_d`) never reach the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name in the MTL file.
+    pub name: String,
+    /// Diffuse reflectance (`Kd`), linear; multiplied by `map_kd` where there is one.
+    pub kd: Vec3,
+    /// Specular reflectance (`Ks`), linear.
+    pub ks: Vec3,
+    /// Phong exponent s (`Ns`).
+    pub shininess: f32,
+    /// Emitted radiance (`Ke`), W·sr⁻¹·m⁻².
+    pub ke: Vec3,
+    /// Diffuse texture, sRGB.
+    pub map_kd: Option<TextureId>,
+    /// Emission texture, sRGB.
+    pub map_ke: Option<TextureId>,
+    /// Cut-out mask (one channel, linear): opaque at ≥ 0.5.
+    pub map_d: Option<TextureId>,
+}
+
+impl Material {
+    /// A diffuse grey material, what a face without a material gets.
+    #[must_use]
+    pub fn grey(name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            kd: Vec3::splat(0.8),
+            ks: Vec3::ZERO,
+            shininess: 0.0,
+            ke: Vec3::ZERO,
+            map_kd: None,
+            map_ke: None,
+            map_d: None,
+        }
+    }
+
+    /// Whether the material emits light.
+    #[must_use]
+    pub fn is_emissive(&self) -> bool {
+        self.ke.max_element() > 0.0
+    }
+
+    /// Whether the material reflects a highlight.
+    #[must_use]
+    pub fn is_glossy(&self) -> bool {
+        self.ks.max_element() > 0.0
+    }
+}

@@ -1,0 +1,221 @@
+//! The scene: flat arrays addressed by typed ids, built once by the loader and immutable afterwards.
+//!
+//! Geometry is kept as it is in the file, with positions welded by their bits; everything that depends on where
+//! light goes (sides, normal groups, hierarchy) belongs to `cache`.
+
+pub mod camera;
+pub mod light;
+pub mod material;
+pub mod report;
+pub mod texture;
+
+use camera::NamedCamera;
+use glam::{Vec2, Vec3};
+use light::Light;
+use material::{Material, MaterialId};
+use texture::Texture;
+
+/// A triangle of the scene: index into [`Scene::triangles`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TriangleId(pub u32);
+
+/// One side of a triangle, the unit that receives light: a wall seen from both sides has two independent faces.
+///
+/// Packed as `triangle << 1 | side`; side 0 is the counter-clockwise (front) side. On the GPU the id image holds
+/// `FaceId + 1`, and 0 where there is no geometry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct FaceId(pub u32);
+
+impl FaceId {
+    /// The face of `triangle` on its front (`back == false`) or back side.
+    #[must_use]
+    pub const fn new(triangle: TriangleId, back: bool) -> Self {
+        Self(triangle.0 << 1 | back as u32)
+    }
+    /// The triangle this is a side of.
+    #[must_use]
+    pub const fn triangle(self) -> TriangleId {
+        TriangleId(self.0 >> 1)
+    }
+    /// Whether this is the clockwise side.
+    #[must_use]
+    pub const fn is_back(self) -> bool {
+        self.0 & 1 == 1
+    }
+}
+
+/// What a scene displays when nothing on the command line says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Display {
+    /// Exposure in stops: radiance is multiplied by 2^exposure before tone mapping.
+    pub exposure: f32,
+    /// The tone-mapping operator.
+    pub tone_mapping: ToneMapping,
+}
+
+impl Default for Display {
+    fn default() -> Self {
+        Self { exposure: 0.0, tone_mapping: ToneMapping::Aces }
+    }
+}
+
+/// Tone-mapping operators of the combine pass. The discriminant is what the shader switches on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[repr(u32)]
+pub enum ToneMapping {
+    /// Clamp to [0, 1].
+    Clamp = 0,
+    /// Reinhard on luminance, L / (1 + L).
+    Reinhard = 1,
+    /// ACES filmic, Narkowicz's fit.
+    Aces = 2,
+    /// `AgX`, base look.
+    Agx = 3,
+    /// Khronos PBR Neutral.
+    PbrNeutral = 4,
+}
+
+impl ToneMapping {
+    /// All operators with the names that scene files and options use.
+    pub const NAMES: [(&'static str, Self); 5] = [
+        ("clamp", Self::Clamp),
+        ("reinhard", Self::Reinhard),
+        ("aces", Self::Aces),
+        ("agx", Self::Agx),
+        ("pbr-neutral", Self::PbrNeutral),
+    ];
+}
+
+/// Which side of an emissive triangle (`Ke` > 0) emits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum EmissionSide {
+    /// The counter-clockwise side only (the default).
+    #[default]
+    Front,
+    /// Both sides.
+    Both,
+}
+
+/// A scene ready to be lit: geometry, materials, lights, cameras.
+#[derive(Clone, Debug, Default)]
+pub struct Scene {
+    /// Vertex positions, welded by bits (−0 counts as 0), scene units.
+    pub positions: Vec<Vec3>,
+    /// Position indices of every drawable triangle, counter-clockwise seen from the front.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit shading normals at the corners, on the front side. Equal to the triangle's normal when flat.
+    pub normals: Vec<[Vec3; 3]>,
+    /// Texture coordinates at the corners, OBJ convention (v up); zero where the file has none.
+    pub uvs: Vec<[Vec2; 3]>,
+    /// The material of every triangle.
+    pub triangle_materials: Vec<MaterialId>,
+    /// Materials.
+    pub materials: Vec<Material>,
+    /// Textures, each decoded once however many materials use it.
+    pub textures: Vec<Texture>,
+    /// Which side of emissive triangles emits.
+    pub emission_side: EmissionSide,
+    /// Lights: those of the scene file, then one area light a connected emissive component.
+    pub lights: Vec<Light>,
+    /// Cameras; never empty after loading, the first is the default.
+    pub cameras: Vec<NamedCamera>,
+    /// Display settings.
+    pub display: Display,
+}
+
+impl Scene {
+    /// Corner positions of a triangle.
+    #[must_use]
+    pub fn corners(&self, triangle: TriangleId) -> [Vec3; 3] {
+        self.triangles[triangle.0 as usize].map(|i| self.positions[i as usize])
+    }
+
+    /// Twice the area times the unit normal of the front side, (b − a) × (c − a).
+    #[must_use]
+    pub fn area_vector(&self, triangle: TriangleId) -> Vec3 {
+        let [a, b, c] = self.corners(triangle);
+        (b - a).cross(c - a)
+    }
+
+    /// Unit geometric normal of the front side (zero for a degenerate triangle).
+    #[must_use]
+    pub fn geometric_normal(&self, triangle: TriangleId) -> Vec3 {
+        // f64: slivers of a dense mesh far from the origin lose all their digits in f32.
+        let [a, b, c] = self.corners(triangle).map(Vec3::as_dvec3);
+        (b - a).cross(c - a).normalize_or_zero().as_vec3()
+    }
+
+    /// Texture coordinates at barycentrics (`u`, `v`) of corners 1 and 2.
+    #[must_use]
+    pub fn uv_at(&self, triangle: TriangleId, u: f32, v: f32) -> Vec2 {
+        let [a, b, c] = self.uvs[triangle.0 as usize];
+        a * (1.0 - u - v) + b * u + c * v
+    }
+
+    /// Unit shading normal at barycentrics (`u`, `v`), turned to the side `back`.
+    #[must_use]
+    pub fn shading_normal_at(&self, triangle: TriangleId, u: f32, v: f32, back: bool) -> Vec3 {
+        let [a, b, c] = self.normals[triangle.0 as usize];
+        let n = (a * (1.0 - u - v) + b * u + c * v).normalize_or(a);
+        if back { -n } else { n }
+    }
+
+    /// The material of a triangle.
+    #[must_use]
+    pub fn material(&self, triangle: TriangleId) -> &Material {
+        &self.materials[self.triangle_materials[triangle.0 as usize].0 as usize]
+    }
+
+    /// Diffuse reflectance k_d at a point of a triangle (constant × `map_Kd`), linear.
+    #[must_use]
+    pub fn kd_at(&self, triangle: TriangleId, u: f32, v: f32) -> Vec3 {
+        let m = self.material(triangle);
+        match m.map_kd {
+            Some(t) => m.kd * self.textures[t.0 as usize].rgb(self.uv_at(triangle, u, v)),
+            None => m.kd,
+        }
+    }
+
+    /// Whether the face emits at all: `Ke` > 0 and the right side.
+    #[must_use]
+    pub fn face_emits(&self, face: FaceId) -> bool {
+        let lit_side = !face.is_back() || self.emission_side == EmissionSide::Both;
+        lit_side && self.material(face.triangle()).is_emissive()
+    }
+
+    /// Emitted radiance L_e of a face at barycentrics (`u`, `v`), W·sr⁻¹·m⁻².
+    #[must_use]
+    pub fn emitted_at(&self, face: FaceId, u: f32, v: f32) -> Vec3 {
+        if !self.face_emits(face) {
+            return Vec3::ZERO;
+        }
+        let m = self.material(face.triangle());
+        match m.map_ke {
+            Some(t) => m.ke * self.textures[t.0 as usize].rgb(self.uv_at(face.triangle(), u, v)),
+            None => m.ke,
+        }
+    }
+
+    /// The cut-out rule, the same everywhere: `map_d` level 0, bilinear, repeat, opaque at ≥ 0.5.
+    #[must_use]
+    pub fn is_opaque_at(&self, triangle: TriangleId, u: f32, v: f32) -> bool {
+        match self.material(triangle).map_d {
+            Some(t) => self.textures[t.0 as usize].alpha(self.uv_at(triangle, u, v)) >= 0.5,
+            None => true,
+        }
+    }
+
+    /// Smallest and largest coordinates of the drawable geometry; `None` without any.
+    #[must_use]
+    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
+        let mut used = self.triangles.iter().flatten().map(|&i| self.positions[i as usize]);
+        let first = used.next()?;
+        Some(used.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
+    }
+
+    /// Length of the diagonal of the bounds, the scale that tolerances derive from; 1 for an empty scene.
+    #[must_use]
+    pub fn diagonal(&self) -> f32 {
+        self.bounds().map_or(1.0, |(lo, hi)| (hi - lo).length().max(f32::MIN_POSITIVE))
+    }
+}

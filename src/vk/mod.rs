@@ -1,0 +1,1 @@
+//! Vulkan objects, each with an owner that frees it.
