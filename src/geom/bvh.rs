@@ -93,7 +93,9 @@ impl Bvh {
 }
 
 fn to_obvhs(ray: &Ray) -> obvhs::ray::Ray {
-    obvhs::ray::Ray::new(ray.origin.into(), ray.direction.into(), 0.0, ray.t_max)
+    // Adding 0 turns −0 into 0: obvhs 0.4 takes the sign bit for the inverse and the value for the octant, and misses
+    // everything where they disagree (tests/direct_light.rs, directional light).
+    obvhs::ray::Ray::new(ray.origin.into(), (ray.direction + Vec3::ZERO).into(), 0.0, ray.t_max)
 }
 
 /// Closest hit by testing every triangle: the yardstick of the tests.

@@ -194,7 +194,8 @@ fn direct(world: &World<'_>, ray: &Ray, hit: &Hit, sequence: &Sequence, index: u
     if sources.len() <= SAMPLE_ALL {
         let mut sum = Vec3::ZERO;
         for light in 0..sources.len() {
-            sum += from_light(world, &surface, light, sequence, index, &mut rays);
+            let set = 1 + light as u32;
+            sum += from_light(world, &surface, light, sequence.point_of_set(index, set), &mut rays);
         }
         return (sum, rays);
     }
@@ -209,24 +210,15 @@ fn direct(world: &World<'_>, ray: &Ray, hit: &Hit, sequence: &Sequence, index: u
     });
     // Rounding may run past the end; the last light that can contribute stands in.
     let Some(light) = chosen.or_else(|| bounds.iter().rposition(|&b| b > 0.0)) else { return (Vec3::ZERO, 0) };
-    let value = from_light(world, &surface, light, sequence, index, &mut rays) * (total / bounds[light]);
+    let value =
+        from_light(world, &surface, light, sequence.point_of_set(index, 1), &mut rays) * (total / bounds[light]);
     (value, rays)
 }
 
-fn from_light(
-    world: &World<'_>,
-    surface: &Surface,
-    light: usize,
-    sequence: &Sequence,
-    index: u32,
-    rays: &mut u64,
-) -> Vec3 {
+fn from_light(world: &World<'_>, surface: &Surface, light: usize, [u, v, ..]: [f32; 4], rays: &mut u64) -> Vec3 {
     let arrival = match &world.lights.sources[light] {
         Source::Delta(kind) => delta_arrival(kind, surface.point),
-        Source::Area(area) => {
-            let [u, v, ..] = sequence.point_of_set(index, 1 + light as u32);
-            area.sample(world.scene, surface.point, [u, v])
-        }
+        Source::Area(area) => area.sample(world.scene, surface.point, [u, v]),
     };
     let Some(arrival) = arrival else { return Vec3::ZERO };
     let value = surface.reflect(&arrival);
