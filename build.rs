@@ -133,9 +133,13 @@ fn logged(file: &str, log: &str, kind: &str) -> Vec<String> {
     for line in log.lines().map(str::trim).filter(|line| !line.is_empty()) {
         let starts_entry = line.starts_with("ERROR: ") || line.starts_with("WARNING: ");
         if let Some(text) = line.strip_prefix(kind) {
-            in_entry = !text.contains("compilation errors.") && !text.contains("compilation terminated");
+            let entry = placed(file, text);
+            // The log repeats what the preprocessor said; the compiler ends it with summaries.
+            in_entry = !found.contains(&entry)
+                && !text.contains("compilation errors.")
+                && !text.contains("compilation terminated");
             if in_entry {
-                found.push(placed(file, text));
+                found.push(entry);
             }
         } else if starts_entry {
             in_entry = false;
