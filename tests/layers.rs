@@ -56,6 +56,7 @@ fn files_are_short_enough_to_read() {
     let mut files = vec![root().join("build.rs")];
     files.extend(sources("src", "rs"));
     files.extend(sources("tests", "rs"));
+    files.extend(sources("scenes", "rs"));
     for extension in ["vert", "frag", "comp", "glsl"] {
         files.extend(sources("glsl", extension));
     }
@@ -182,7 +183,7 @@ fn sources(folder: &str, extension: &str) -> Vec<PathBuf> {
     let mut folders = vec![root().join(folder)];
     while let Some(folder) = folders.pop() {
         let Ok(entries) = fs::read_dir(&folder) else { continue };
-        for path in entries.map(|entry| entry.unwrap().path()) {
+        for path in entries.flatten().map(|entry| entry.path()) {
             if path.is_dir() {
                 folders.push(path);
             } else if path.extension().is_some_and(|e| e == extension) {
