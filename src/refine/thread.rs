@@ -1,8 +1,8 @@
 //! The engine's thread: commands in, updates out.
 
 use super::engine::{Budget, Engine, Visible};
+use super::nice::lower_priority;
 use super::update::Update;
-use super::workers::lower_priority;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
 use std::thread::JoinHandle;
 use std::time::Duration;

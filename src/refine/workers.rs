@@ -1,5 +1,6 @@
 //! The pool of tracing threads.
 
+use super::nice::lower_priority;
 use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -59,10 +60,4 @@ fn thread_nanoseconds() -> u64 {
 fn thread_nanoseconds() -> u64 {
     static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
     START.get_or_init(std::time::Instant::now).elapsed().as_nanos() as u64
-}
-
-/// Makes the calling thread give way to rendering (nice 10; measured in `lavapipe.md` 7). Failure does not matter.
-pub fn lower_priority() {
-    #[cfg(target_os = "linux")]
-    let _ = rustix::process::setpriority_process(Some(rustix::thread::gettid()), 10);
 }
