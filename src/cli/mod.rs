@@ -7,6 +7,7 @@ pub mod output;
 pub mod progress;
 pub mod reference;
 pub mod render;
+pub mod scene;
 mod values;
 
 use crate::error::Result;

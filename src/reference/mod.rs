@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::scene::camera::View;
 use crate::shade::lights::{Arrival, Source, delta_arrival};
 use crate::shade::phong::lobe;
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::f32::consts::PI;
 
@@ -28,6 +28,7 @@ struct PixelSums {
     sum: Vec3,
     square: Vec3,
     hits: u32,
+    emitters: u32,
 }
 
 /// An image in the making: sums over passes of one sample a pixel.
@@ -40,9 +41,11 @@ pub struct Accumulator {
 #[derive(Clone, Debug, Default)]
 pub struct ReferenceImage {
     /// Mean radiance, and the share of the pixel that geometry covers.
-    pub mean: Vec<[f32; 4]>,
+    pub mean: Vec<Vec4>,
     /// Variance of the mean, each channel.
-    pub variance: Vec<[f32; 3]>,
+    pub variance: Vec<Vec3>,
+    /// Whether a pixel counts in comparisons: covered in every sample, and no emitter seen directly.
+    pub mask: Vec<bool>,
 }
 
 impl Accumulator {
@@ -84,14 +87,16 @@ impl Accumulator {
     #[must_use]
     pub fn image(&self) -> ReferenceImage {
         let n = self.samples.max(1) as f32;
-        let mean = |p: &PixelSums| (p.sum / n).extend(p.hits as f32 / n).to_array();
+        let mean = |p: &PixelSums| (p.sum / n).extend(p.hits as f32 / n);
         let variance = |p: &PixelSums| {
             let m = p.sum / n;
-            ((p.square / n - m * m).max(Vec3::ZERO) / (n - 1.0).max(1.0)).to_array()
+            (p.square / n - m * m).max(Vec3::ZERO) / (n - 1.0).max(1.0)
         };
+        let counts = |p: &PixelSums| p.hits == self.samples && p.emitters == 0;
         ReferenceImage {
             mean: self.pixels.iter().map(mean).collect(),
             variance: self.pixels.iter().map(variance).collect(),
+            mask: self.pixels.iter().map(counts).collect(),
         }
     }
 }
@@ -110,6 +115,7 @@ pub struct Pass {
 struct Sample {
     radiance: Vec3,
     hit: bool,
+    emits: bool,
 }
 
 impl PixelSums {
@@ -117,6 +123,7 @@ impl PixelSums {
         self.sum += sample.radiance;
         self.square += sample.radiance * sample.radiance;
         self.hits += u32::from(sample.hit);
+        self.emitters += u32::from(sample.emits);
     }
 }
 
@@ -133,11 +140,12 @@ fn sample_pixel(world: &World<'_>, view: &View, filter: Filter, (x, y): (usize, 
     let direction = view.direction(Vec2::new(x as f32, y as f32) + offset);
     let ray = Ray { origin: view.eye + direction * view.near, direction: direction.normalize(), t_max: f32::INFINITY };
     match world.bvh.closest(world.scene, &ray) {
-        None => (Sample { radiance: Vec3::ZERO, hit: false }, 1),
+        None => (Sample { radiance: Vec3::ZERO, hit: false, emits: false }, 1),
         Some(hit) => {
             let (light, rays) = direct(world, &ray, &hit, &sequence, index);
             let emitted = world.scene.emitted_at(hit.face(), hit.u, hit.v);
-            (Sample { radiance: emitted + light, hit: true }, rays + 1)
+            let emits = world.scene.face_emits(hit.face());
+            (Sample { radiance: emitted + light, hit: true, emits }, rays + 1)
         }
     }
 }
