@@ -8,6 +8,8 @@ pub mod progress;
 pub mod reference;
 pub mod render;
 pub mod scene;
+pub mod session;
+pub mod stills;
 mod values;
 
 use crate::error::Result;
@@ -15,6 +17,7 @@ use crate::image::atomic;
 use args::{Cli, Command};
 use clap::Parser;
 use std::process::ExitCode;
+use std::time::Instant;
 
 /// How a command that met no error ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +42,7 @@ impl Outcome {
 /// Parses the command line, runs the command, and prints what went wrong.
 #[must_use]
 pub fn run() -> ExitCode {
+    let start = Instant::now();
     install_panic_hook();
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
@@ -48,7 +52,7 @@ pub fn run() -> ExitCode {
             return ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(2));
         }
     };
-    match execute(&cli.command) {
+    match execute(&cli.command, start) {
         Ok(outcome) => ExitCode::from(outcome.exit_status()),
         Err(error) => {
             output::error(&error);
@@ -57,10 +61,10 @@ pub fn run() -> ExitCode {
     }
 }
 
-fn execute(command: &Command) -> Result<Outcome> {
+fn execute(command: &Command, start: Instant) -> Result<Outcome> {
     interrupt::install()?;
     match command {
-        Command::Render(args) => render::run(args),
+        Command::Render(args) => render::run(args, start),
         Command::Reference(args) => {
             args.validate()?;
             reference::run(args)

@@ -34,6 +34,8 @@ pub struct Summary {
     pub rays: u64,
     /// Rays a second, from the first frame to the end; `null` if no frame was drawn.
     pub rays_per_second: Option<f64>,
+    /// Rays per second of CPU time spent on light, all threads together; `null` if none was spent.
+    pub rays_per_cpu_second: Option<f64>,
     /// What ended the run: a budget's name, `converged`, or `interrupted`.
     pub ended_by: Option<String>,
     /// What is drawn by a simpler model than the scene asks for.
@@ -53,8 +55,10 @@ pub struct Times {
     pub device: Option<f64>,
     /// Building the pipelines.
     pub pipelines: Option<f64>,
-    /// From the start of the process to the first complete frame.
+    /// From the start of the process to the first frame combined.
     pub first_frame: Option<f64>,
+    /// From the start of the process to the first frame in which every visible vertex has a value.
+    pub complete_frame: Option<f64>,
     /// From the start of the process to the end.
     pub total: Option<f64>,
 }
@@ -74,6 +78,33 @@ impl Summary {
     #[must_use]
     pub fn path_beside(log: &Path) -> PathBuf {
         log.with_extension("json")
+    }
+
+    /// One line for the user: what was done in how much time, and why it ended.
+    #[must_use]
+    pub fn line(&self, estimated_error: Option<f32>) -> String {
+        let ended = self.ended_by.as_deref().unwrap_or("done");
+        let total = self.times.total.unwrap_or(0.0);
+        let noise = estimated_error.map_or_else(String::new, |e| format!(", noise {:.2} %", e * 100.0));
+        format!("{total:.2} s, {} frames, {} rays{noise} ({ended})", self.frames, self.rays)
+    }
+
+    /// What `-v` adds: the device and where the time went.
+    #[must_use]
+    pub fn details(&self) -> Vec<String> {
+        let seconds = |name: &str, time: Option<f64>| time.map(|t| format!("{name} {t:.3} s"));
+        let Times { load, bvh, device, pipelines, first_frame, complete_frame, .. } = self.times;
+        let parts = [
+            seconds("load", load),
+            seconds("BVH", bvh),
+            seconds("device", device),
+            seconds("pipelines", pipelines),
+            seconds("first frame at", first_frame),
+            seconds("complete frame at", complete_frame),
+        ];
+        let rate = self.rays_per_cpu_second.map(|r| format!("{:.2} M rays per CPU second", r * 1e-6));
+        let times: Vec<String> = parts.into_iter().flatten().chain(rate).collect();
+        vec![format!("{}, {}", self.device, self.driver), times.join(", ")]
     }
 
     /// Writes the summary.
