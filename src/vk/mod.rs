@@ -21,6 +21,8 @@ pub mod memory;
 pub mod pipeline;
 pub mod report;
 pub mod shaders;
+#[cfg(test)]
+mod spirv_layout;
 pub mod timestamp;
 
 pub use buffer::Buffer;
