@@ -4,7 +4,7 @@ use super::device::{Device, Tracked};
 use super::{error, memory};
 use crate::error::{Error, Result};
 use ash::vk;
-use bytemuck::{AnyBitPattern, NoUninit};
+use bytemuck::{NoUninit, Pod};
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
 
@@ -43,7 +43,8 @@ impl Buffer {
         let info = vk::BufferCreateInfo::default().size(size).usage(flags);
         let core = &device.core;
         // SAFETY: see the module's contract; the buffer's owner below frees it on every later failure.
-        let raw = unsafe { core.raw.create_buffer(&info, None) }.map_err(|e| error(e, &format!("creating `{name}`")))?;
+        let raw =
+            unsafe { core.raw.create_buffer(&info, None) }.map_err(|e| error(e, &format!("creating `{name}`")))?;
         let tracked = Tracked::new(core, raw, name);
         let mut buffer = Self { raw, allocation: None, size, address: 0, tracked };
         // SAFETY: `raw` was just created.
@@ -59,7 +60,8 @@ impl Buffer {
         buffer.allocation = Some(allocation);
         bound.map_err(|e| memory::bind_error(e, name))?;
         // SAFETY: the buffer has memory and was created with SHADER_DEVICE_ADDRESS.
-        buffer.address = unsafe { core.raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(raw)) };
+        buffer.address =
+            unsafe { core.raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(raw)) };
         Ok(buffer)
     }
 
@@ -98,7 +100,7 @@ impl Buffer {
     ///
     /// # Errors
     /// [`Error::Internal`] if the range is outside or the memory cannot be mapped.
-    pub fn read<T: AnyBitPattern>(&self, offset: u64, count: usize) -> Result<Vec<T>> {
+    pub fn read<T: Pod>(&self, offset: u64, count: usize) -> Result<Vec<T>> {
         let range = offset as usize..offset as usize + count * size_of::<T>();
         let slab = self.allocation.as_ref().and_then(Allocation::mapped_slice);
         let bytes = slab.and_then(|s| s.get(range)).ok_or_else(|| outside("read"))?;

@@ -47,8 +47,7 @@ impl Commands {
         let allocate = vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(1);
         // SAFETY: as above.
         unsafe {
-            let buffers =
-                core.raw.allocate_command_buffers(&allocate).map_err(|e| error(e, "allocating commands"))?;
+            let buffers = core.raw.allocate_command_buffers(&allocate).map_err(|e| error(e, "allocating commands"))?;
             commands.buffer = buffers.first().copied().unwrap_or_default();
             let fence = core.raw.create_fence(&vk::FenceCreateInfo::default(), None);
             commands.fence = fence.map_err(|e| error(e, "creating a fence"))?;
@@ -162,9 +161,7 @@ impl<'a> Recording<'a> {
         unsafe {
             core.raw.end_command_buffer(self.commands.buffer).map_err(|e| error(e, "recording commands"))?;
             let queue = core.queue.lock().unwrap_or_else(PoisonError::into_inner);
-            core.raw
-                .queue_submit(*queue, &submit, self.commands.fence)
-                .map_err(|e| error(e, "submitting commands"))?;
+            core.raw.queue_submit(*queue, &submit, self.commands.fence).map_err(|e| error(e, "submitting commands"))?;
         }
         self.commands.wait()?;
         match &self.commands.timestamps {
@@ -207,8 +204,7 @@ impl<'a> Pass<'a> {
         load: Load,
         record: impl FnOnce(&Draws<'_, 'a>),
     ) {
-        let Some(size) = colour.first().copied().or(depth_stencil).map(|i| i.size) else { return };
-        let extent = vk::Extent2D { width: size.width, height: size.height };
+        let Some(extent) = colour.first().copied().or(depth_stencil).map(Image::size) else { return };
         let attach = |image: &Image| {
             vk::RenderingAttachmentInfo::default()
                 .image_view(image.view)
@@ -219,8 +215,7 @@ impl<'a> Pass<'a> {
         let attachments: Vec<_> = colour.iter().map(|i| attach(i)).collect();
         let depth = depth_stencil.map(attach);
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent };
-        let mut info =
-            vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
+        let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
         if let Some(depth) = &depth {
             info = info.depth_attachment(depth).stencil_attachment(depth);
         }
@@ -289,8 +284,7 @@ impl<'a> Draws<'_, 'a> {
         }
         let (raw, buffer) = (self.pass.raw, self.pass.buffer);
         let faces = vk::StencilFaceFlags::FRONT_AND_BACK;
-        let (compare, on_pass, reference) =
-            state.stencil.unwrap_or((vk::CompareOp::ALWAYS, vk::StencilOp::KEEP, 0));
+        let (compare, on_pass, reference) = state.stencil.unwrap_or((vk::CompareOp::ALWAYS, vk::StencilOp::KEEP, 0));
         let keep = vk::StencilOp::KEEP;
         // SAFETY: the buffer is being recorded.
         unsafe {

@@ -63,10 +63,8 @@ impl Bindings {
             let sets = core.raw.allocate_descriptor_sets(&set).map_err(|e| error(e, "allocating descriptors"))?;
             self.set = sets.first().copied().unwrap_or_default();
             let layout = vk::PipelineLayoutCreateInfo::default().set_layouts(&layouts);
-            self.pipeline_layout = core
-                .raw
-                .create_pipeline_layout(&layout, None)
-                .map_err(|e| error(e, "creating the pipeline layout"))?;
+            self.pipeline_layout =
+                core.raw.create_pipeline_layout(&layout, None).map_err(|e| error(e, "creating the pipeline layout"))?;
         }
         core.set_name(self.pool, name);
         core.set_name(self.set, name);

@@ -172,7 +172,8 @@ impl Drop for Tracked {
 }
 
 fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
-    let list = candidates.iter().map(|c| format!("{}: {}", c.report.index, c.report.name)).collect::<Vec<_>>().join(", ");
+    let list =
+        candidates.iter().map(|c| format!("{}: {}", c.report.index, c.report.name)).collect::<Vec<_>>().join(", ");
     let mut candidates = candidates;
     if let Some(wanted) = wanted {
         let matches = |c: &Candidate| match wanted.parse::<usize>() {
@@ -201,8 +202,7 @@ fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate>
 
 fn create_device(instance: &Instance, physical: vk::PhysicalDevice, queue_family: u32) -> Result<ash::Device> {
     let priorities = [1.0];
-    let queues =
-        [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().buffer_device_address(true).scalar_block_layout(true);
     let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
     let mut extensions = Vec::new();

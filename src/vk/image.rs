@@ -3,7 +3,6 @@
 use super::device::{Device, Tracked};
 use super::{error, memory};
 use crate::error::Result;
-use crate::scene::camera::ImageSize;
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
@@ -13,7 +12,7 @@ pub struct Image {
     pub(super) raw: vk::Image,
     pub(super) view: vk::ImageView,
     pub(super) format: vk::Format,
-    pub(super) size: ImageSize,
+    pub(super) size: vk::Extent2D,
     allocation: Option<Allocation>,
     tracked: Tracked,
 }
@@ -23,7 +22,7 @@ impl Image {
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when memory runs out.
-    pub fn colour(device: &Device, name: &str, size: ImageSize, format: vk::Format) -> Result<Self> {
+    pub fn colour(device: &Device, name: &str, size: vk::Extent2D, format: vk::Format) -> Result<Self> {
         let usage =
             vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC;
         Self::new(device, name, size, format, usage)
@@ -33,7 +32,7 @@ impl Image {
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when memory runs out.
-    pub fn depth_stencil(device: &Device, name: &str, size: ImageSize) -> Result<Self> {
+    pub fn depth_stencil(device: &Device, name: &str, size: vk::Extent2D) -> Result<Self> {
         let usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
         Self::new(device, name, size, device.depth_stencil_format(), usage)
     }
@@ -41,7 +40,7 @@ impl Image {
     fn new(
         device: &Device,
         name: &str,
-        size: ImageSize,
+        size: vk::Extent2D,
         format: vk::Format,
         usage: vk::ImageUsageFlags,
     ) -> Result<Self> {
@@ -80,7 +79,7 @@ impl Image {
 
     /// Size in pixels.
     #[must_use]
-    pub const fn size(&self) -> ImageSize {
+    pub const fn size(&self) -> vk::Extent2D {
         self.size
     }
 

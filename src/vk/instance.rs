@@ -157,7 +157,8 @@ fn create_instance(
 /// Whether a message says nothing about correctness: advice on speed that does not hold for us, and the loader's
 /// remarks on other drivers.
 fn is_noise(kinds: vk::DebugUtilsMessageTypeFlagsEXT, id: &str, text: &str) -> bool {
-    let advice = kinds.contains(vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE) && text.contains("For optimal performance");
+    let advice =
+        kinds.contains(vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE) && text.contains("For optimal performance");
     advice || id == "Loader Message"
 }
 

@@ -31,7 +31,7 @@ impl Memory {
             instance: instance.raw.clone(),
             device: device.clone(),
             physical_device: physical,
-            debug_settings: gpu_allocator::AllocatorDebugSettings { log_leaks_on_shutdown: false, ..Default::default() },
+            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
             buffer_device_address: true,
             allocation_sizes: sizes,
         })

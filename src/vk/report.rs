@@ -96,7 +96,8 @@ pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
 
 fn no_device() -> Error {
     Error::NoDevice(
-        "no Vulkan device found; `apt install mesa-vulkan-drivers` on Debian or Ubuntu brings a software one".to_owned(),
+        "no Vulkan device found; `apt install mesa-vulkan-drivers` on Debian or Ubuntu brings a software one"
+            .to_owned(),
     )
 }
 
@@ -128,7 +129,8 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
     let heaps = &memory.memory_heaps[..memory.memory_heap_count as usize];
     let local: u64 = heaps.iter().filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL)).map(|h| h.size).sum();
     // 1 GiB is what Vulkan guarantees where the driver says nothing.
-    let max_allocation = if limits.max_memory_allocation_size == 0 { 1 << 30 } else { limits.max_memory_allocation_size };
+    let max_allocation =
+        if limits.max_memory_allocation_size == 0 { 1 << 30 } else { limits.max_memory_allocation_size };
     let report = DeviceReport {
         index,
         name: text(&basic.device_name),

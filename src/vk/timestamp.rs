@@ -35,8 +35,7 @@ impl PassTimes {
 impl Timestamps {
     pub(super) fn new(device: &Device, name: &str) -> Result<Option<Self>> {
         let Some(period_ns) = device.core.timestamp_period_ns else { return Ok(None) };
-        let info =
-            vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
+        let info = vk::QueryPoolCreateInfo::default().query_type(vk::QueryType::TIMESTAMP).query_count(2 * MAX_PASSES);
         // SAFETY: see the module's contract.
         let raw = unsafe { device.core.raw.create_query_pool(&info, None) }
             .map_err(|e| error(e, "creating the timestamp pool"))?;
