@@ -231,10 +231,17 @@ fn a_header_that_claims_a_huge_image_is_refused_before_allocation() {
     let mut bytes = std::fs::read(&path).unwrap();
     let key = b"dataWindow\0box2i\0";
     let start = bytes.windows(key.len()).position(|w| w == key).unwrap() + key.len() + 4;
-    bytes[start + 8..start + 12].copy_from_slice(&99_999_i32.to_le_bytes());
-    std::fs::write(&path, bytes).unwrap();
-    let text = read_rgb(&path).unwrap_err().to_string();
-    assert!(text.contains("huge.exr") && text.contains("100000x4"), "{text}");
+    let mut claim = |right: i32, bottom: i32, why: &str| {
+        bytes[start + 8..start + 12].copy_from_slice(&right.to_le_bytes());
+        bytes[start + 12..start + 16].copy_from_slice(&bottom.to_le_bytes());
+        std::fs::write(&path, &bytes).unwrap();
+        let text = read_rgb(&path).unwrap_err().to_string();
+        assert!(text.contains("huge.exr") && text.contains(why), "{text}");
+    };
+    claim(99_999, 3, "100000x4");
+    claim(16_383, 16_383, "cut off or damaged");
+    claim(i32::MAX, i32::MAX, "huge.exr");
+    claim(-5, -5, "huge.exr");
 }
 
 #[cfg(target_os = "linux")]
