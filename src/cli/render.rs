@@ -42,7 +42,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let hierarchy = build_hierarchy(&scene)?;
     let mut gpu = join(gpu)??;
     let view = scene::view(&scene, &camera, &args.scene);
-    let faces = prepare(&mut gpu.renderer, &scene, &view, args.aa)?;
+    let faces = prepare(&mut gpu.renderer, &scene, &view, args.output.aa)?;
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
     let engine = start_engine(args, &scene, hierarchy)?;
     engine.set_visible(Visible { generation: 1, eye: view.eye, faces });
@@ -169,7 +169,7 @@ fn prepare(renderer: &mut Renderer, scene: &Scene, view: &View, aa: u32) -> Resu
 
 /// Writes all outputs; returns warnings.
 fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> Result<Vec<String>> {
-    let still = stills::take(renderer, shot.view, shot.display, args.aa)?;
+    let still = stills::take(renderer, shot.view, shot.display, args.output.aa)?;
     let mut warnings = Vec::new();
     for path in &args.output.paths {
         if let Some(warning) = still.write(path, &args.image_options(), shot.camera)? {
