@@ -11,7 +11,9 @@ use support::*;
 /// A room open to the camera: textured floor, coloured walls, a lamp, and a cut-out screen seen from its back.
 fn room() -> Scene {
     let mut scene = empty_scene();
-    let checks = add_texture(&mut scene, 64, 64, |x, y| if (x / 8 + y / 8) % 2 == 0 { [230, 220, 200, 255] } else { [60, 50, 90, 255] });
+    let checks = add_texture(&mut scene, 64, 64, |x, y| {
+        if (x / 8 + y / 8) % 2 == 0 { [230, 220, 200, 255] } else { [60, 50, 90, 255] }
+    });
     let holes = add_texture(&mut scene, 32, 32, |x, y| [255, 255, 255, if (x / 4 + y / 4) % 2 == 0 { 255 } else { 0 }]);
     let floor = add_material(&mut scene, |m| m.map_kd = Some(checks));
     let red = add_material(&mut scene, |m| m.kd = Vec3::new(0.7, 0.1, 0.1));
