@@ -1,7 +1,8 @@
 //! What was typed: every option reaches its field, every mistake is a message.
 
 use clap::{CommandFactory as _, Parser as _};
-use penombre::cli::args::{Cli, Command, PixelFilter, ReferenceArgs, RenderArgs, UpdateMode};
+use penombre::cli::args::{Cli, Command, PixelFilter, ReferenceArgs, RenderArgs};
+use penombre::pass::UpdateMode;
 use penombre::scene::ToneMapping;
 use penombre::scene::camera::ImageSize;
 use std::path::PathBuf;
