@@ -1,5 +1,5 @@
 //! Parse, run, exit status; nothing else.
 
 fn main() -> std::process::ExitCode {
-    std::process::ExitCode::SUCCESS
+    penombre::cli::run()
 }

@@ -1,1 +1,7 @@
-//! The light cache: vertices, their samples for each light, the dynamic mesh.
+//! The light cache: base vertices, their samples for each light, and the dynamic mesh that is drawn.
+
+pub mod dynamic;
+pub mod layer;
+pub mod pool;
+pub mod vertex;
+pub mod weld;

@@ -1,1 +1,85 @@
 //! The command line: arguments and one file a subcommand.
+
+pub mod args;
+pub mod info;
+pub mod interrupt;
+pub mod output;
+pub mod progress;
+pub mod reference;
+pub mod render;
+pub mod scene;
+pub mod session;
+pub mod stills;
+mod values;
+
+use crate::error::Result;
+use crate::image::atomic;
+use args::{Cli, Command};
+use clap::Parser;
+use std::process::ExitCode;
+use std::time::Instant;
+
+/// How a command that met no error ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// What was asked is done.
+    Done,
+    /// Ended early by a signal; the outputs hold what there was.
+    Interrupted,
+}
+
+impl Outcome {
+    /// The process exit status.
+    #[must_use]
+    pub const fn exit_status(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Interrupted => interrupt::EXIT_STATUS,
+        }
+    }
+}
+
+/// Parses the command line, runs the command, and prints what went wrong.
+#[must_use]
+pub fn run() -> ExitCode {
+    let start = Instant::now();
+    install_panic_hook();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(answer) => {
+            // Help and version go to stdout with status 0. A closed pipe there is no error.
+            let _ = answer.print();
+            return ExitCode::from(u8::try_from(answer.exit_code()).unwrap_or(2));
+        }
+    };
+    match execute(&cli.command, start) {
+        Ok(outcome) => ExitCode::from(outcome.exit_status()),
+        Err(error) => {
+            output::error(&error);
+            ExitCode::from(error.exit_status())
+        }
+    }
+}
+
+fn execute(command: &Command, start: Instant) -> Result<Outcome> {
+    interrupt::install()?;
+    match command {
+        Command::Render(args) => render::run(args, start),
+        Command::Reference(args) => {
+            args.validate()?;
+            reference::run(args)
+        }
+        Command::Info(args) => info::run(args),
+    }
+}
+
+/// Turns a panic on any thread into a message and exit status 70.
+///
+/// The process ends in the hook: a panic on a worker would otherwise leave the others waiting for it.
+fn install_panic_hook() {
+    std::panic::set_hook(Box::new(|panic| {
+        output::report(&format!("internal error: {panic}\nplease report it with the command line and `penombre info`"));
+        atomic::remove_temporaries();
+        std::process::exit(70);
+    }));
+}

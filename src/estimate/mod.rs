@@ -1,1 +1,4 @@
-//! Estimators: light arriving at a point from one source.
+//! Estimators: light arriving at a vertex from each source.
+
+pub mod direct;
+pub mod luminance;

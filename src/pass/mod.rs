@@ -1,1 +1,23 @@
-//! The passes of a frame: visibility, colour, luminance, combine.
+//! The frame: visibility, colour, luminance, combine, read-back (method.md 7), and what they read.
+//!
+//! [`Renderer`] is what commands use; `frame.rs` is the frame itself, readable top to bottom.
+
+mod colour;
+mod colouring;
+mod combine;
+mod frame;
+mod luminance;
+mod mesh;
+mod mipmap;
+mod mirror;
+mod plan;
+mod readback;
+mod renderer;
+mod scene_buffers;
+mod shared;
+mod targets;
+mod visibility;
+
+pub use frame::{FrameOptions, FrameStats, UpdateMode};
+pub use readback::Layers;
+pub use renderer::Renderer;

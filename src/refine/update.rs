@@ -4,17 +4,10 @@
 //! one face. A new value, a split, a changed hanging pattern and a merge are all patches; while refinement does not
 //! exist yet, a patch is one face with `old == new`.
 
+pub use crate::cache::dynamic::{Leaf, LeafId, SlotId};
 use crate::scene::FaceId;
 use glam::Vec3;
 use std::ops::Range;
-
-/// Index of a vertex slot: position and luminance of one drawn vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct SlotId(pub u32);
-
-/// Index of a leaf triangle of the dynamic mesh, recycled when the leaf goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct LeafId(pub u32);
 
 /// Contents of a vertex slot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,15 +20,6 @@ pub struct Slot {
     pub diffuse: Vec3,
     /// Specular luminance S for the present camera, W·sr⁻¹·m⁻².
     pub specular: Vec3,
-}
-
-/// A leaf triangle: its three vertices in the order of the face's corners (front winding), and the face it lies on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Leaf {
-    /// Vertices.
-    pub slots: [SlotId; 3],
-    /// The face.
-    pub face: FaceId,
 }
 
 /// One region of one face to redraw; the ranges index [`Update::patch_leaves`].
@@ -75,10 +59,14 @@ pub struct EngineStats {
     pub vertices: u64,
     /// Leaf triangles of the dynamic mesh.
     pub triangles: u64,
+    /// Bytes held by the cache.
+    pub cache_bytes: u64,
     /// CPU time of the engine and its workers, seconds.
     pub cpu_seconds: f64,
     /// Estimated relative error of the image; `None` while nothing can be said.
     pub estimated_error: Option<f32>,
+    /// Every visible vertex has a first value.
+    pub complete: bool,
     /// Nothing is left to do for this camera.
     pub converged: bool,
 }

@@ -4,10 +4,26 @@
 //! light goes (sides, normal groups, hierarchy) belongs to `cache`.
 
 pub mod camera;
+pub mod camera_path;
+mod emitters;
+mod framing;
+mod input;
 pub mod light;
+pub mod load;
 pub mod material;
+mod materials;
+mod mtl;
+mod normals;
+mod obj;
+mod obj_text;
+mod polygon;
 pub mod report;
+mod scene_file;
+mod stock;
+mod text;
 pub mod texture;
+mod textures;
+mod toml_walk;
 
 use camera::NamedCamera;
 use glam::{Vec2, Vec3};

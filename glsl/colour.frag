@@ -1,0 +1,56 @@
+#version 460
+// Colour: k_d, k_s and L_e of the face that each pixel shows, textures filtered over the pixel's footprint on the
+// face's plane.
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+#include "images.glsl"
+#include "texture.glsl"
+
+layout(location = 0) out vec4 out_kd; // a: coverage
+layout(location = 1) out vec4 out_ks;
+layout(location = 2) out vec4 out_emission;
+
+// Barycentric weights of corners 1 and 2 where the ray through an image point meets the plane of a triangle.
+vec2 barycentrics(vec3 a, vec3 edge1, vec3 edge2, vec2 point) {
+    vec2 ndc = point * frame.pixel - 1.0;
+    vec3 direction = frame.forward + frame.right * ndc.x + frame.down * ndc.y;
+    vec3 p = cross(direction, edge2);
+    vec3 s = frame.eye - a;
+    vec3 q = cross(s, edge1);
+    return vec2(dot(s, p), dot(direction, q)) / dot(edge1, p);
+}
+
+// A filtered look-up times a colour; the colour alone without texture.
+vec3 textured(vec3 colour, uint map, vec2 uv[3]) {
+    return map == NONE ? colour : colour * texture_filtered(map, uv[0], uv[1] - uv[0], uv[2] - uv[0]);
+}
+
+void main() {
+    uint id = texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x;
+    out_kd = out_ks = out_emission = vec4(0.0);
+    if (id == 0u) {
+        return;
+    }
+    uint triangle = (id - 1u) >> 1;
+    bool back = ((id - 1u) & 1u) == 1u;
+    Material m = frame.materials.at[frame.triangles.at[triangle].material];
+    bool emits = m.ke != vec3(0.0) && (!back || frame.emits_back != 0u);
+    vec2 uv[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0)); // at the pixel, its right and its lower neighbour
+    if (m.map_kd != NONE || (emits && m.map_ke != NONE)) {
+        Triangle t = frame.triangles.at[triangle];
+        vec3 a = frame.positions.at[t.corners.x];
+        vec3 edge1 = frame.positions.at[t.corners.y] - a;
+        vec3 edge2 = frame.positions.at[t.corners.z] - a;
+        vec2 centre = gl_FragCoord.xy + frame.jitter;
+        vec2 steps[3] = vec2[3](vec2(0.0), vec2(1.0, 0.0), vec2(0.0, 1.0));
+        for (int i = 0; i < 3; ++i) {
+            vec2 b = barycentrics(a, edge1, edge2, centre + steps[i]);
+            uv[i] = t.uv[0] * (1.0 - b.x - b.y) + t.uv[1] * b.x + t.uv[2] * b.y;
+        }
+    }
+    out_kd = vec4(textured(m.kd, m.map_kd, uv), 1.0);
+    out_ks = vec4(m.ks, 1.0);
+    if (emits) {
+        out_emission = vec4(textured(m.ke, m.map_ke, uv) * frame.emission_scale, 1.0);
+    }
+}

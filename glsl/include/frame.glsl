@@ -1,0 +1,87 @@
+// What all stages read: one uniform block, and from it the scene and the light by device address (method.md 7).
+// src/pass/shared.rs holds the host's side of these structs and is checked against them at build time.
+#extension GL_EXT_buffer_reference : require
+#extension GL_EXT_scalar_block_layout : require
+
+const uint NONE = 0xffffffffu;
+const uint MAX_LEVELS = 15;
+
+// A triangle by its id.
+struct Triangle {
+    uvec3 corners;
+    uint material;
+    vec2 uv[3];
+};
+
+// A triangle in drawing order: those without mask first.
+struct DrawnTriangle {
+    uvec3 corners;
+    uint id;
+};
+
+// Texture indices, or NONE. Reflectances are linear, ke is radiance in W/sr/m2.
+struct Material {
+    vec3 kd;
+    uint map_kd;
+    vec3 ks;
+    uint map_d;
+    vec3 ke;
+    uint map_ke;
+};
+
+// A texture's mip chain: index of each level's first texel.
+struct Texture {
+    uvec2 extent;
+    uint levels;
+    uint first[MAX_LEVELS];
+};
+
+// A vertex of the luminance mesh: weight 1 valid, 0 invalid; D and S in W/sr/m2.
+struct Slot {
+    vec3 position;
+    float weight;
+    vec3 diffuse;
+    vec3 specular;
+};
+
+struct Leaf {
+    uvec3 slots;
+    uint face;
+};
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Positions { vec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Triangles { Triangle at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawnTriangles { DrawnTriangle at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials { Material at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Textures { Texture at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Texels { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Slots { Slot at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Leaves { Leaf at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafList { uint at[]; };
+
+struct Frame {
+    mat4 clip_from_world;
+    Positions positions;
+    Triangles triangles;
+    DrawnTriangles drawn;
+    Materials materials;
+    Textures textures;
+    Texels texels;
+    Slots slots;
+    Leaves leaves;
+    LeafList leaf_list;
+    Positions marks;
+    vec3 eye;
+    vec3 forward;   // unit
+    vec3 right;     // the image's edges are at forward +- right, forward +- down
+    vec3 down;
+    vec2 pixel;     // size of a pixel in NDC
+    vec2 jitter;    // pixels
+    float luminance_scale; // stored D and S are true values times this
+    float emission_scale;  // likewise L_e
+    float exposure;        // factor
+    uint tone_mapping;     // scene::ToneMapping
+    uint emits_back;       // whether emissive triangles emit on both sides
+};
+
+layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame frame; };

@@ -1,0 +1,9 @@
+#version 460
+// Luminance of every fragment that passes the depth and stencil tests.
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+#include "luminance.glsl"
+
+void main() {
+    write_luminance();
+}

@@ -1,0 +1,299 @@
+//! What was typed: one struct a subcommand, put together from groups of options that several share.
+
+use super::values;
+use crate::error::{Error, Result};
+use crate::scene::ToneMapping;
+use crate::scene::camera::ImageSize;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+use std::time::Duration;
+
+const AFTER_HELP: &str = "\
+Examples:
+  penombre render scene.toml -o image.png --time 10
+  penombre render model.obj -o image.exr -o image.png --size 1920x1080 --aa 16 --log frames.csv
+  penombre reference scene.toml -o ref.exr --direct-only --spp 1024 --filter point
+  penombre info
+
+Exit status: 0 done, 2 bad usage or input, 3 no usable Vulkan device, 4 device lost or out of memory,
+70 internal error, 130 interrupted (the outputs are written all the same).";
+
+/// Progressive global illumination: exact geometry from the first frame, lighting that converges
+#[derive(Debug, Parser)]
+#[command(name = "penombre", version, after_help = AFTER_HELP, subcommand_required = true, arg_required_else_help = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The subcommands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to files, progressively, until a budget is spent
+    Render(RenderArgs),
+    /// Path-trace a scene on the CPU, without any cache: the yardstick
+    Reference(ReferenceArgs),
+    /// List the Vulkan devices, what each lacks, and the formats that would be used
+    Info(InfoArgs),
+}
+
+/// Options of `render`.
+#[derive(Args, Debug)]
+pub struct RenderArgs {
+    /// The scene and the view of it.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// What is written.
+    #[command(flatten)]
+    pub output: OutputArgs,
+    /// When to stop.
+    #[command(flatten)]
+    pub budget: BudgetArgs,
+    /// The light engine.
+    #[command(flatten)]
+    pub engine: EngineArgs,
+    /// The Vulkan device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    /// How much is said.
+    #[command(flatten)]
+    pub verbosity: VerbosityArgs,
+    /// How changed lighting is redrawn
+    #[arg(long, value_enum, value_name = "MODE", default_value_t = UpdateMode::Stencil)]
+    pub update: UpdateMode,
+    /// Redraw the written image N times with sub-pixel offsets and average
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub aa: u32,
+    /// Milliseconds between two frames while the camera is still
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, default_value = "40", value_parser = values::milliseconds)]
+    pub refresh: Duration,
+    /// Frame log (CSV, a row a frame); a summary goes beside it as FRAMES.json
+    #[arg(long, value_name = "FRAMES.csv", value_parser = values::csv_path)]
+    pub log: Option<PathBuf>,
+    /// Reference image of the same view: adds error columns to the log
+    #[arg(long, value_name = "REF.exr", requires = "log")]
+    pub reference: Option<PathBuf>,
+}
+
+/// The scene and the view of it.
+#[derive(Args, Clone, Debug)]
+pub struct SceneArgs {
+    /// Scene file (.toml) or bare .obj
+    #[arg(value_name = "SCENE")]
+    pub path: PathBuf,
+    /// Camera of the scene file [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Image size in pixels
+    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = values::size)]
+    pub size: ImageSize,
+}
+
+/// What is written, and how it is displayed.
+#[derive(Args, Clone, Debug)]
+pub struct OutputArgs {
+    /// File to write: .exr (linear, with layers) or .png (as displayed); may repeat
+    #[arg(short = 'o', long = "output", value_name = "OUT", required = true, value_parser = values::image_path)]
+    pub paths: Vec<PathBuf>,
+    /// Exposure in stops [default: the scene's, or 0]
+    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = values::stops)]
+    pub exposure: Option<f32>,
+    /// Tone-mapping operator [default: the scene's, or aces]
+    #[arg(long, value_name = "OPERATOR", value_parser = values::tone_mapping())]
+    pub tone_mapping: Option<ToneMapping>,
+}
+
+/// When to stop: at the first limit reached, or when nothing is left to improve.
+#[derive(Args, Clone, Copy, Debug, Default)]
+#[command(next_help_heading = "Budgets (the first reached ends the run)")]
+pub struct BudgetArgs {
+    /// Wall-clock seconds from the first frame
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = values::seconds)]
+    pub time: Option<Duration>,
+    /// Frames
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
+    pub frames: Option<u64>,
+    /// Rays
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
+    pub rays: Option<u64>,
+    /// Estimated relative error of the image
+    #[arg(long, value_name = "RELATIVE", allow_negative_numbers = true, value_parser = values::positive)]
+    pub error: Option<f32>,
+}
+
+/// The light engine.
+#[derive(Args, Clone, Copy, Debug)]
+#[command(next_help_heading = "Engine")]
+pub struct EngineArgs {
+    /// Threads that trace rays [default: all cores]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub threads: Option<u32>,
+    /// Seed of all random choices
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0)]
+    pub seed: u64,
+    /// Fix the work of a frame by rays, not by clock: the same image for the same seed, whatever the thread count
+    #[arg(long, conflicts_with = "time")]
+    pub deterministic: bool,
+}
+
+/// The Vulkan device.
+#[derive(Args, Clone, Debug, Default)]
+pub struct DeviceArgs {
+    /// Vulkan device, by number or part of its name (see `penombre info`) [default: the fastest kind]
+    #[arg(long, value_name = "INDEX|NAME")]
+    pub device: Option<String>,
+}
+
+/// How much is said.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct VerbosityArgs {
+    /// Say more: device, formats, times
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Say nothing but warnings and errors
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// How a change of lighting reaches the luminance image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UpdateMode {
+    /// Redraw changed patches where the stencil marks what they drew last
+    Stencil,
+    /// Redraw changed patches where the face-id image names their face
+    Id,
+}
+
+impl UpdateMode {
+    /// The name used on the command line and in reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stencil => "stencil",
+            Self::Id => "id",
+        }
+    }
+}
+
+/// Options of `reference`.
+#[derive(Args, Debug)]
+pub struct ReferenceArgs {
+    /// The scene and the view of it.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// File to write (.exr, 32-bit float, with variance)
+    #[arg(short = 'o', long = "output", value_name = "REF.exr", value_parser = values::exr_path)]
+    pub output: PathBuf,
+    /// Light that arrives from the sources without a bounce (required: nothing else is there yet)
+    #[arg(long)]
+    pub direct_only: bool,
+    /// Samples a pixel [default: 256, or as many as fit into --time]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
+    pub spp: Option<u32>,
+    /// Wall-clock seconds after which no new pass over the image starts
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = values::seconds)]
+    pub time: Option<Duration>,
+    /// Where in the pixel samples lie: its centre (as `render --aa 1`), or anywhere in it
+    #[arg(long, value_enum, value_name = "FILTER", default_value_t = PixelFilter::Box)]
+    pub filter: PixelFilter,
+    /// Threads [default: all cores]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub threads: Option<u32>,
+    /// Seed of all random choices
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0)]
+    pub seed: u64,
+    /// How much is said.
+    #[command(flatten)]
+    pub verbosity: VerbosityArgs,
+}
+
+/// Where in a pixel camera rays pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PixelFilter {
+    /// The pixel's centre
+    Point,
+    /// Uniformly over the pixel
+    Box,
+}
+
+/// Options of `info`.
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// The Vulkan device.
+    #[command(flatten)]
+    pub device: DeviceArgs,
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Number of threads: as asked, or as many as the machine can run at once.
+#[must_use]
+pub fn thread_count(asked: Option<u32>) -> usize {
+    let available = || std::thread::available_parallelism().map_or(1, usize::from);
+    asked.map_or_else(available, |n| n as usize)
+}
+
+impl SceneArgs {
+    /// The options that determine the image, for the EXR's attributes: never threads, output paths or clocks, so that
+    /// two runs that make the same image write the same bytes.
+    fn image_options(&self, command: &str, seed: u64) -> String {
+        let ImageSize { width, height } = self.size;
+        let scene = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let camera = self.camera.as_ref().map_or_else(String::new, |name| format!(" --camera {name}"));
+        format!("penombre {command} {scene} --size {width}x{height}{camera} --seed {seed}")
+    }
+}
+
+impl RenderArgs {
+    /// The options that determine the image, for its EXR attributes.
+    #[must_use]
+    pub fn image_options(&self) -> String {
+        let mut text = self.scene.image_options("render", self.engine.seed);
+        text += &format!(" --update {} --aa {}", self.update.name(), self.aa);
+        let BudgetArgs { frames, rays, error, .. } = self.budget;
+        let budgets = [
+            ("frames", frames.map(|n| n.to_string())),
+            ("rays", rays.map(|n| n.to_string())),
+            ("error", error.map(|e| e.to_string())),
+        ];
+        for (name, value) in budgets {
+            text += &value.map_or_else(String::new, |v| format!(" --{name} {v}"));
+        }
+        text
+    }
+}
+
+impl ReferenceArgs {
+    /// The options that determine the image, for its EXR attributes.
+    #[must_use]
+    pub fn image_options(&self) -> String {
+        let filter = match self.filter {
+            PixelFilter::Point => "point",
+            PixelFilter::Box => "box",
+        };
+        self.scene.image_options("reference", self.seed) + &format!(" --direct-only --filter {filter}")
+    }
+
+    /// Samples a pixel at most.
+    #[must_use]
+    pub fn max_spp(&self) -> u32 {
+        const DEFAULT: u32 = 256;
+        self.spp.unwrap_or(if self.time.is_some() { u32::MAX } else { DEFAULT })
+    }
+
+    /// What the parser cannot know: which transport exists so far.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] without `--direct-only`.
+    pub fn validate(&self) -> Result<()> {
+        if self.direct_only {
+            return Ok(());
+        }
+        Err(Error::Usage(
+            "reference: light that bounces is not traced yet; add --direct-only for a reference of direct light"
+                .to_owned(),
+        ))
+    }
+}

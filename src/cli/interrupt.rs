@@ -1,0 +1,34 @@
+//! Ctrl-C and SIGTERM: the first asks for an orderly end, the second ends at once.
+
+use super::output;
+use crate::error::{Error, Result};
+use crate::image::atomic;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Exit status of an interrupted command.
+pub const EXIT_STATUS: u8 = 130;
+
+static REQUESTED: AtomicBool = AtomicBool::new(false);
+
+/// Whether the user asked for an end: finish the frame, write the outputs, return [`super::Outcome::Interrupted`].
+#[must_use]
+pub fn requested() -> bool {
+    REQUESTED.load(Ordering::Relaxed)
+}
+
+/// Installs the handler, once a process.
+///
+/// # Errors
+/// [`Error::Internal`] if the system refuses it or one is there already.
+pub fn install() -> Result<()> {
+    ctrlc::set_handler(handle).map_err(|e| Error::Internal(format!("no handler for Ctrl-C: {e}")))
+}
+
+/// Runs on a thread of its own, so it may do anything.
+fn handle() {
+    if REQUESTED.swap(true, Ordering::Relaxed) {
+        atomic::remove_temporaries();
+        std::process::exit(i32::from(EXIT_STATUS));
+    }
+    output::report("interrupted: finishing the frame and writing the outputs (once more to stop at once)");
+}

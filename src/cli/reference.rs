@@ -1,0 +1,93 @@
+//! `penombre reference`: the brute-force yardstick.
+
+use super::args::{PixelFilter, ReferenceArgs, thread_count};
+use super::{Outcome, interrupt, output, scene};
+use crate::error::{Error, Result};
+use crate::estimate::direct::World;
+use crate::geom::bvh::Bvh;
+use crate::image::atomic;
+use crate::image::exr::{Provenance, ReferenceLayers, write_reference};
+use crate::reference::{Accumulator, Filter};
+use crate::scene::Scene;
+use crate::scene::camera::View;
+use crate::shade::lights::Lights;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::time::{Duration, Instant};
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, or an output that cannot be written.
+pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
+    atomic::check_writable(&[&args.output])?;
+    let loaded = scene::load_and_warn(&args.scene)?;
+    let camera = scene::camera(&loaded.scene, args.scene.camera.as_deref())?;
+    let view = scene::view(&loaded.scene, &camera, &args.scene);
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(thread_count(args.threads))
+        .build()
+        .map_err(|e| Error::Exhausted(format!("cannot start threads: {e}")))?;
+    let accumulator = pool.install(|| accumulate(args, &loaded.scene, &view));
+    let provenance = Provenance { comments: args.image_options(), camera: Some(camera) };
+    write(args, &view, &accumulator, &provenance)?;
+    Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// Takes passes until a budget is spent or a signal comes.
+fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
+    let bvh = Bvh::build(scene);
+    let lights = Lights::new(scene);
+    let world = World { scene, bvh: &bvh, lights: &lights, seed: args.seed };
+    let filter = match args.filter {
+        PixelFilter::Point => Filter::Point,
+        PixelFilter::Box => Filter::Box,
+    };
+    let mut accumulator = Accumulator::new(view);
+    let progress = progress(args);
+    let start = Instant::now();
+    let mut rays = 0;
+    let in_time = |start: Instant| args.time.is_none_or(|limit| start.elapsed() < limit);
+    // At least one pass whatever the clock, so that there is an image.
+    while accumulator.samples() < args.max_spp() && (accumulator.samples() == 0 || in_time(start)) {
+        let pass = accumulator.pass(&world, view, filter, interrupt::requested);
+        if !pass.finished {
+            break;
+        }
+        rays += pass.rays;
+        progress.set_position(u64::from(accumulator.samples()));
+        progress.set_message(message(rays, start.elapsed()));
+    }
+    progress.finish_and_clear();
+    if !args.verbosity.quiet {
+        let spp = accumulator.samples();
+        output::report(&format!("{spp} samples a pixel, {}", message(rays, start.elapsed())));
+    }
+    accumulator
+}
+
+fn message(rays: u64, elapsed: Duration) -> String {
+    let seconds = elapsed.as_secs_f64();
+    format!("{:.2} M rays/s, {seconds:.1} s", rays as f64 / seconds.max(1e-9) * 1e-6)
+}
+
+fn progress(args: &ReferenceArgs) -> ProgressBar {
+    if args.verbosity.quiet {
+        return ProgressBar::hidden();
+    }
+    let length = (args.max_spp() < u32::MAX).then(|| u64::from(args.max_spp()));
+    let bar = ProgressBar::with_draw_target(length, ProgressDrawTarget::stderr_with_hz(10));
+    let template =
+        if length.is_some() { "{pos}/{len} samples a pixel, {msg}, ETA {eta}" } else { "{pos} samples a pixel, {msg}" };
+    bar.with_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn write(args: &ReferenceArgs, view: &View, accumulator: &Accumulator, provenance: &Provenance) -> Result<()> {
+    let image = accumulator.image();
+    let layers =
+        ReferenceLayers { size: view.size, mean: &image.mean, variance: &image.variance, mask: Some(&image.mask) };
+    let altered = write_reference(&args.output, &layers, provenance)?;
+    if let Some(warning) = altered.warning() {
+        output::report(&format!("{}: warning: {warning}", args.output.display()));
+    }
+    Ok(())
+}

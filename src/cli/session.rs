@@ -1,0 +1,237 @@
+//! The frame loop of a headless run: updates in, frames out, a log row each, until a budget is spent.
+
+use super::args::RenderArgs;
+use super::interrupt;
+use super::progress::Progress;
+use crate::error::{Error, Result};
+use crate::image::exr::RgbImage;
+use crate::image::metrics::{Epsilon, compare};
+use crate::log::frame_log::{FrameError, FrameLog, FrameRecord, PassRecord};
+use crate::pass::{FrameOptions, FrameStats, Renderer};
+use crate::refine::thread::EngineThread;
+use crate::refine::update::{EngineStats, Update};
+use crate::scene::Display;
+use std::time::{Duration, Instant};
+
+/// Work of a frame under `--deterministic`, rays.
+const RAYS_A_FRAME: u64 = 100_000;
+
+/// A run in progress.
+pub struct Session<'a> {
+    /// What was typed.
+    pub args: &'a RenderArgs,
+    /// The GPU side.
+    pub renderer: &'a mut Renderer,
+    /// The CPU side.
+    pub engine: EngineThread,
+    /// How images are displayed.
+    pub display: Display,
+    /// Reference of the same view, for the error columns.
+    pub reference: Option<RgbImage>,
+    /// Progress line.
+    pub progress: Progress,
+    /// When the process started.
+    pub start: Instant,
+}
+
+/// What a run did.
+#[derive(Clone, Debug)]
+pub struct Ended {
+    /// Why it ended: a budget's name, `converged` or `interrupted`.
+    pub by: &'static str,
+    /// Frames drawn.
+    pub frames: u64,
+    /// The engine's last totals.
+    pub engine: EngineStats,
+    /// From the start of the process to the first frame combined, seconds.
+    pub first_frame: f64,
+    /// From the start of the process to the first frame in which every visible vertex has a value, seconds.
+    pub complete_frame: Option<f64>,
+    /// From the first frame to the end, seconds.
+    pub elapsed: f64,
+}
+
+/// State of the loop.
+struct Run {
+    log: Option<FrameLog>,
+    first_frame: Instant,
+    last_combine: Option<Instant>,
+    frames: u64,
+    stats: EngineStats,
+    generation: Option<u32>,
+    first_shown: Option<Instant>,
+    complete_shown: Option<Instant>,
+}
+
+impl Session<'_> {
+    /// Runs frames until a budget is spent, nothing is left to do, or a signal comes.
+    ///
+    /// # Errors
+    /// The device is lost, memory runs out, or the log cannot be written.
+    pub fn run(&mut self) -> Result<Ended> {
+        let first_frame = Instant::now();
+        let log = match &self.args.log {
+            Some(path) => Some(FrameLog::create(path, first_frame, self.reference.is_some())?),
+            None => None,
+        };
+        let mut run = Run {
+            log,
+            first_frame,
+            last_combine: None,
+            frames: 0,
+            stats: EngineStats::default(),
+            generation: None,
+            first_shown: None,
+            complete_shown: None,
+        };
+        loop {
+            let moved = self.take_updates(&mut run)?;
+            let by = self.ended_by(&run);
+            self.frame(&mut run, moved, by.is_some())?;
+            if let Some(by) = by {
+                self.progress.finish();
+                return Ok(run.ended(by, self.start));
+            }
+        }
+    }
+
+    /// Hands the engine's updates to the renderer; whether a new view was among them.
+    fn take_updates(&mut self, run: &mut Run) -> Result<bool> {
+        let updates = if self.args.engine.deterministic { self.one_step(run)? } else { self.arrived(run)? };
+        let mut moved = false;
+        for update in updates {
+            if run.generation != Some(update.generation) {
+                run.generation = Some(update.generation);
+                self.renderer.reset_leaves();
+                moved = true;
+            }
+            run.stats = update.stats;
+            self.renderer.apply(&update)?;
+        }
+        Ok(moved)
+    }
+
+    /// Lockstep: the first frame takes the view's update, each later one a fixed amount of work.
+    fn one_step(&self, run: &Run) -> Result<Vec<Update>> {
+        if run.generation.is_some() {
+            self.engine.step(RAYS_A_FRAME);
+        }
+        Ok(vec![self.engine.wait().ok_or_else(engine_died)?])
+    }
+
+    /// What has arrived; waits for something, at most until the next refresh is due.
+    fn arrived(&self, run: &Run) -> Result<Vec<Update>> {
+        let due = run.last_combine.map_or(Duration::ZERO, |last| {
+            self.args.refresh.saturating_sub(last.elapsed()).max(Duration::from_millis(1))
+        });
+        let mut updates: Vec<Update> = Vec::new();
+        if run.generation.is_none() {
+            updates.push(self.engine.wait().ok_or_else(engine_died)?);
+        } else if !run.stats.converged {
+            updates.extend(self.engine.wait_for(due));
+        }
+        updates.extend(self.engine.drain().ok_or_else(engine_died)?);
+        Ok(updates)
+    }
+
+    /// The reason to stop after this frame, if there is one.
+    fn ended_by(&self, run: &Run) -> Option<&'static str> {
+        let budget = &self.args.budget;
+        let reached = [
+            ("interrupted", interrupt::requested()),
+            ("time", budget.time.is_some_and(|limit| run.first_frame.elapsed() >= limit)),
+            ("frames", budget.frames.is_some_and(|limit| run.frames + 1 >= limit)),
+            ("rays", budget.rays.is_some_and(|limit| run.stats.rays >= limit)),
+            ("error", budget.error.is_some_and(|limit| run.stats.estimated_error.is_some_and(|e| e <= limit))),
+            ("converged", run.stats.converged),
+        ];
+        reached.iter().find(|(_, is)| *is).map(|(name, _)| *name)
+    }
+
+    fn frame(&mut self, run: &mut Run, moved: bool, last: bool) -> Result<()> {
+        let due = run.last_combine.is_none_or(|at| at.elapsed() >= self.args.refresh);
+        let combine = moved || last || due;
+        let options = FrameOptions {
+            colour: moved,
+            full_luminance: moved,
+            combine: combine.then_some(self.display),
+            update_mode: self.args.update.into(),
+        };
+        let passes = self.renderer.frame(&options)?;
+        let now = Instant::now();
+        if combine {
+            run.shown(now);
+        }
+        self.log_row(run, moved, now, &passes, combine)?;
+        self.progress.update(run.first_frame.elapsed(), &run.stats);
+        run.frames += 1;
+        Ok(())
+    }
+
+    fn log_row(&mut self, run: &mut Run, moved: bool, now: Instant, passes: &FrameStats, combine: bool) -> Result<()> {
+        let Some(log) = &mut run.log else { return Ok(()) };
+        let error = match &self.reference {
+            Some(reference) if combine => Some(error_against(reference, self.renderer)?),
+            _ => None,
+        };
+        log.record(&FrameRecord {
+            frame: run.frames,
+            at: now,
+            camera_moved: moved,
+            passes: pass_record(passes),
+            engine: run.stats,
+            memory_mib: Some((run.stats.cache_bytes + self.renderer.memory_bytes()) as f64 / f64::from(1 << 20)),
+            error,
+        })
+    }
+}
+
+impl Run {
+    fn shown(&mut self, now: Instant) {
+        self.last_combine = Some(now);
+        self.first_shown.get_or_insert(now);
+        if self.stats.complete {
+            self.complete_shown.get_or_insert(now);
+        }
+    }
+
+    fn ended(&self, by: &'static str, start: Instant) -> Ended {
+        let since_start = |at: Instant| at.duration_since(start).as_secs_f64();
+        Ended {
+            by,
+            frames: self.frames,
+            engine: self.stats,
+            first_frame: since_start(self.first_shown.unwrap_or(self.first_frame)),
+            complete_frame: self.complete_shown.map(since_start),
+            elapsed: self.first_frame.elapsed().as_secs_f64(),
+        }
+    }
+}
+
+fn engine_died() -> Error {
+    Error::Internal("the light engine has stopped".to_owned())
+}
+
+fn pass_record(passes: &FrameStats) -> PassRecord {
+    let time = |ms: Option<f64>| ms.map(|ms| Duration::from_secs_f64(ms.max(0.0) * 1e-3));
+    PassRecord {
+        visibility: time(passes.visibility_ms),
+        colour: time(passes.colour_ms),
+        luminance: time(passes.luminance_ms),
+        combine: time(passes.combine_ms),
+        readback: time(passes.readback_ms),
+        dirty_parents: Some(passes.patches),
+        children_drawn: Some(passes.leaves_drawn),
+        queries: Some(passes.queries),
+        query_pixels: Some(passes.query_pixels),
+    }
+}
+
+/// Error of the image as it stands, over the pixels that the reference's mask lets count.
+fn error_against(reference: &RgbImage, renderer: &mut Renderer) -> Result<FrameError> {
+    let layers = renderer.read_layers()?;
+    let image: Vec<_> = layers.combined.iter().map(|p| p.truncate()).collect();
+    let metrics = compare(&image, &reference.rgb, reference.mask.as_deref(), Epsilon::default())
+        .ok_or_else(|| Error::Usage("--reference: no pixel left to compare".to_owned()))?;
+    Ok(FrameError { rmse: metrics.rmse, relmse: metrics.relmse })
+}

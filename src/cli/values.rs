@@ -1,0 +1,126 @@
+//! Parsers of option values; each message says what is wrong and what would be right.
+
+use crate::image::FileFormat;
+use crate::image::exr::MAX_SIDE;
+use crate::scene::ToneMapping;
+use crate::scene::camera::ImageSize;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Longest time that can be asked for, seconds (a year): keeps clock arithmetic far from overflow.
+const MAX_SECONDS: f64 = 365.0 * 86_400.0;
+
+/// `WxH`, each from 1 to [`MAX_SIDE`].
+pub fn size(text: &str) -> Result<ImageSize, String> {
+    let form = || format!("expected WIDTHxHEIGHT in pixels, as in 1024x768, each from 1 to {MAX_SIDE}");
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(form)?;
+    let side = |s: &str| s.parse().ok().filter(|n| (1..=MAX_SIDE).contains(n)).ok_or_else(form);
+    Ok(ImageSize { width: side(width)?, height: side(height)? })
+}
+
+/// A time in seconds, > 0.
+pub fn seconds(text: &str) -> Result<Duration, String> {
+    duration(text, 1.0).ok_or_else(|| "expected seconds, more than 0 and at most a year, as in 0.5 or 60".to_owned())
+}
+
+/// A time in milliseconds, > 0.
+pub fn milliseconds(text: &str) -> Result<Duration, String> {
+    duration(text, 1e-3).ok_or_else(|| "expected milliseconds, more than 0, as in 40".to_owned())
+}
+
+fn duration(text: &str, unit: f64) -> Option<Duration> {
+    let seconds = text.parse::<f64>().ok()? * unit;
+    // At least a nanosecond, so that it does not round to nothing.
+    (1e-9..=MAX_SECONDS).contains(&seconds).then(|| Duration::from_secs_f64(seconds))
+}
+
+/// A finite number > 0.
+pub fn positive(text: &str) -> Result<f32, String> {
+    let value = text.parse::<f32>().ok().filter(|v| v.is_finite() && *v > 0.0);
+    value.ok_or_else(|| "expected a number more than 0, as in 0.01".to_owned())
+}
+
+/// An exposure that leaves half-float radiance inside what f32 holds.
+pub fn stops(text: &str) -> Result<f32, String> {
+    let value = text.parse::<f32>().ok().filter(|v| (-64.0..=64.0).contains(v));
+    value.ok_or_else(|| "expected stops from -64 to 64, as in 1.5".to_owned())
+}
+
+/// An image file that can be written.
+pub fn image_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match FileFormat::of(&path) {
+        Some(_) => Ok(path),
+        None => Err("its extension must be .exr (linear, with layers) or .png (as displayed)".to_owned()),
+    }
+}
+
+/// An EXR file.
+pub fn exr_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match FileFormat::of(&path) {
+        Some(FileFormat::Exr) => Ok(path),
+        _ => Err("its extension must be .exr: a reference is linear 32-bit float".to_owned()),
+    }
+}
+
+/// A CSV file; the extension is required since the summary takes the same name with `.json`.
+pub fn csv_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
+    if is_csv { Ok(path) } else { Err("its extension must be .csv; the summary goes beside it as .json".to_owned()) }
+}
+
+/// One of [`ToneMapping::NAMES`].
+pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
+    PossibleValuesParser::new(ToneMapping::NAMES.map(|(name, _)| name)).try_map(|name| {
+        let found = ToneMapping::NAMES.into_iter().find(|(n, _)| *n == name);
+        found.map(|(_, operator)| operator).ok_or("unknown operator")
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(size("1x16384"), Ok(ImageSize { width: 1, height: 16_384 }));
+        for bad in ["", "x", "640", "0x1", "16385x1", "-1x1", "640x480x3", "6 4x1", "1e3x1", "99999999999x1"] {
+            assert!(size(bad).is_err_and(|m| m.contains("1024x768")), "{bad}");
+        }
+    }
+
+    #[test]
+    fn times() {
+        assert_eq!(seconds("0.5"), Ok(Duration::from_millis(500)));
+        assert_eq!(milliseconds("40"), Ok(Duration::from_millis(40)));
+        for bad in ["0", "-1", "nan", "inf", "1e300", "1e-12", "ten", ""] {
+            assert!(seconds(bad).is_err(), "{bad}");
+            assert!(milliseconds(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn numbers() {
+        assert_eq!(positive("0.01"), Ok(0.01));
+        assert_eq!(stops("-1.5"), Ok(-1.5));
+        for bad in ["0", "-1", "nan", "inf", "1e39"] {
+            assert!(positive(bad).is_err(), "{bad}");
+        }
+        for bad in ["65", "nan", "-inf"] {
+            assert!(stops(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn paths() {
+        assert!(image_path("a.EXR").is_ok() && image_path("b.c/a.png").is_ok());
+        assert!(exr_path("a.exr").is_ok() && exr_path("a.png").is_err());
+        for bad in ["", "a", "a.jpg", "exr", ".exr", "a.exr/b"] {
+            assert!(image_path(bad).is_err_and(|m| m.contains(".png")), "{bad}");
+        }
+        assert!(csv_path("a.csv").is_ok() && csv_path("a.json").is_err());
+    }
+}

@@ -1,0 +1,148 @@
+//! The run summary beside the frame log: what ran, on what, how long each part took.
+
+use crate::error::Result;
+use crate::image::atomic;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Everything about a run that is not a frame. Written as JSON with these names.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Summary {
+    /// The command line, an element an argument.
+    pub command: Vec<String>,
+    /// Version of the program.
+    pub version: &'static str,
+    /// Name of the Vulkan device.
+    pub device: String,
+    /// Its driver and the driver's version.
+    pub driver: String,
+    /// Chosen format of each image, by the image's name.
+    pub formats: BTreeMap<String, String>,
+    /// Seed of all random choices.
+    pub seed: u64,
+    /// Threads that traced rays.
+    pub threads: usize,
+    /// Image size in pixels.
+    pub size: [u32; 2],
+    /// When each part was done.
+    pub times: Times,
+    /// Frames drawn.
+    pub frames: u64,
+    /// Rays traced.
+    pub rays: u64,
+    /// Rays a second, from the first frame to the end; `null` if no frame was drawn.
+    pub rays_per_second: Option<f64>,
+    /// Rays per second of CPU time spent on light, all threads together; `null` if none was spent.
+    pub rays_per_cpu_second: Option<f64>,
+    /// What ended the run: a budget's name, `converged`, or `interrupted`.
+    pub ended_by: Option<String>,
+    /// What is drawn by a simpler model than the scene asks for.
+    pub stand_ins: Vec<String>,
+    /// Warnings given during the run.
+    pub warnings: Vec<String>,
+}
+
+/// Durations of the parts of the start, seconds; `null` for a part that was not reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Times {
+    /// Reading the scene.
+    pub load: Option<f64>,
+    /// Building the BVH.
+    pub bvh: Option<f64>,
+    /// Opening the Vulkan device.
+    pub device: Option<f64>,
+    /// Building the pipelines.
+    pub pipelines: Option<f64>,
+    /// From the start of the process to the first frame combined.
+    pub first_frame: Option<f64>,
+    /// From the start of the process to the first frame in which every visible vertex has a value.
+    pub complete_frame: Option<f64>,
+    /// From the start of the process to the end.
+    pub total: Option<f64>,
+}
+
+impl Summary {
+    /// A summary of this program, run now, to be filled.
+    #[must_use]
+    pub fn of_this_run() -> Self {
+        Self {
+            command: std::env::args_os().map(|a| a.to_string_lossy().into_owned()).collect(),
+            version: env!("CARGO_PKG_VERSION"),
+            ..Self::default()
+        }
+    }
+
+    /// Where the summary of a frame log goes: `F.json` for `F.csv`.
+    #[must_use]
+    pub fn path_beside(log: &Path) -> PathBuf {
+        log.with_extension("json")
+    }
+
+    /// One line for the user: what was done in how much time, and why it ended.
+    #[must_use]
+    pub fn line(&self, estimated_error: Option<f32>) -> String {
+        let ended = self.ended_by.as_deref().unwrap_or("done");
+        let total = self.times.total.unwrap_or(0.0);
+        let noise = estimated_error.map_or_else(String::new, |e| format!(", noise {:.2} %", e * 100.0));
+        format!("{total:.2} s, {} frames, {} rays{noise} ({ended})", self.frames, self.rays)
+    }
+
+    /// What `-v` adds: the device and where the time went.
+    #[must_use]
+    pub fn details(&self) -> Vec<String> {
+        let seconds = |name: &str, time: Option<f64>| time.map(|t| format!("{name} {t:.3} s"));
+        let Times { load, bvh, device, pipelines, first_frame, complete_frame, .. } = self.times;
+        let parts = [
+            seconds("load", load),
+            seconds("BVH", bvh),
+            seconds("device", device),
+            seconds("pipelines", pipelines),
+            seconds("first frame at", first_frame),
+            seconds("complete frame at", complete_frame),
+        ];
+        let rate = self.rays_per_cpu_second.map(|r| format!("{:.2} M rays per CPU second", r * 1e-6));
+        let times: Vec<String> = parts.into_iter().flatten().chain(rate).collect();
+        vec![format!("{}, {}", self.device, self.driver), times.join(", ")]
+    }
+
+    /// Writes the summary.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Io`] naming the file; an old one is then untouched.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let mut text = serde_json::to_vec_pretty(self).map_err(|e| crate::error::Error::Internal(e.to_string()))?;
+        text.push(b'\n');
+        atomic::write(path, |file| io::Write::write_all(file, &text))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_json_holds_what_the_interface_names() {
+        let folder = tempfile::tempdir().expect("folder");
+        let path = Summary::path_beside(&folder.path().join("frames.csv"));
+        assert!(path.ends_with("frames.json"));
+        let mut summary =
+            Summary { device: "llvmpipe".into(), seed: u64::MAX, size: [64, 48], ..Summary::of_this_run() };
+        summary.formats.insert("depth".into(), "D32_SFLOAT".into());
+        summary.times.load = Some(0.25);
+        summary.warnings.push("a \"quoted\"\nwarning".into());
+        summary.write(&path).expect("written");
+        let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).expect("file")).expect("JSON");
+        for key in
+            ["command", "version", "device", "driver", "formats", "times", "rays_per_second", "stand_ins", "warnings"]
+        {
+            assert!(json.get(key).is_some(), "{key}");
+        }
+        assert_eq!(json["seed"], u64::MAX);
+        assert_eq!(json["times"]["load"], 0.25);
+        assert!(json["times"]["bvh"].is_null());
+        assert_eq!(json["formats"]["depth"], "D32_SFLOAT");
+        assert_eq!(json["warnings"][0], "a \"quoted\"\nwarning");
+    }
+}

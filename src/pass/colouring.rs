@@ -1,0 +1,101 @@
+//! Greedy colouring of patches by their bounds on the screen: patches of one colour do not overlap, so one stencil
+//! reference and two draws serve them all (lavapipe.md 2: 1 to 51 colours for 10 to 10,000 patches).
+
+use crate::scene::camera::{ImageSize, View};
+use glam::{Mat4, Vec2, Vec3};
+
+/// Pixels of a cell's side: finer cells find fewer false overlaps and cost more to fill.
+const CELL: u32 = 4;
+/// Colours that one mask holds; patches beyond wait for the next batch.
+pub(super) const COLOURS: u32 = 64;
+
+/// A rectangle of cells, both ends included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Cells {
+    x: [u32; 2],
+    y: [u32; 2],
+}
+
+/// Projects points to cells.
+pub(super) struct Projector {
+    clip_from_world: Mat4,
+    near: f32,
+    size: ImageSize,
+}
+
+impl Projector {
+    pub(super) fn new(view: &View, jitter: Vec2) -> Self {
+        Self { clip_from_world: view.clip_from_world(jitter), near: view.near, size: view.size }
+    }
+
+    /// The cells that the hull of `points` may touch; all of them if a point lies before the near plane.
+    pub(super) fn cells(&self, points: impl IntoIterator<Item = Vec3>) -> Cells {
+        let last = Vec2::new(self.size.width as f32 - 1.0, self.size.height as f32 - 1.0);
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+        for point in points {
+            let clip = self.clip_from_world * point.extend(1.0);
+            if clip.w <= self.near {
+                (low, high) = (Vec2::ZERO, last);
+                break;
+            }
+            let pixel = (Vec2::new(clip.x, clip.y) / clip.w + 1.0) * 0.5 * (last + 1.0);
+            (low, high) = (low.min(pixel), high.max(pixel));
+        }
+        // One pixel more on each side: the rasteriser snaps vertices.
+        let cell = |p: Vec2| (p.clamp(Vec2::ZERO, last) / CELL as f32).as_uvec2();
+        let (low, high) = (cell(low - 1.0), cell(high + 1.0));
+        Cells { x: [low.x, high.x], y: [low.y, high.y] }
+    }
+}
+
+/// Which colours touch each cell.
+pub(super) struct Colouring {
+    columns: u32,
+    masks: Vec<u64>,
+}
+
+impl Colouring {
+    pub(super) fn new(size: ImageSize) -> Self {
+        let columns = size.width.div_ceil(CELL);
+        Self { columns, masks: vec![0; columns as usize * size.height.div_ceil(CELL) as usize] }
+    }
+
+    /// The lowest colour that is free in all these cells, now taken; `None` if there is none.
+    pub(super) fn take(&mut self, cells: Cells) -> Option<u32> {
+        let columns = self.columns as usize;
+        let rows = move || {
+            (cells.y[0]..=cells.y[1]).map(move |y| {
+                let row = y as usize * columns;
+                row + cells.x[0] as usize..=row + cells.x[1] as usize
+            })
+        };
+        let used = rows().flat_map(|row| &self.masks[row]).fold(0, |all, mask| all | mask);
+        let colour = (!used).trailing_zeros();
+        if colour >= COLOURS {
+            return None;
+        }
+        for row in rows() {
+            self.masks[row].iter_mut().for_each(|mask| *mask |= 1 << colour);
+        }
+        Some(colour)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overlapping_patches_differ_and_distant_ones_share() {
+        let mut colouring = Colouring::new(ImageSize { width: 64, height: 64 });
+        let left = Cells { x: [0, 7], y: [0, 15] };
+        let right = Cells { x: [8, 15], y: [0, 15] };
+        let across = Cells { x: [7, 8], y: [3, 3] };
+        assert_eq!(colouring.take(left), Some(0));
+        assert_eq!(colouring.take(right), Some(0));
+        assert_eq!(colouring.take(across), Some(1));
+        let taken: Vec<_> = (0..COLOURS).map(|_| colouring.take(across)).collect();
+        assert_eq!(taken[COLOURS as usize - 3], Some(COLOURS - 1));
+        assert_eq!(taken[COLOURS as usize - 2], None);
+    }
+}

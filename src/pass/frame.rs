@@ -1,0 +1,172 @@
+//! The frame, from what changed to the picture.
+
+use super::colouring::Projector;
+use super::plan::{Plan, Visible};
+use super::renderer::Renderer;
+use super::scene_buffers::fitting_scale;
+use super::shared::FrameUniform;
+use crate::error::Result;
+use crate::scene::Display;
+use crate::vk::timestamp::PassTimes;
+
+/// How changed patches get into the luminance images (method.md 7).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum UpdateMode {
+    /// The paper's: old triangles mark the stencil by depth EQUAL, new ones draw where they did.
+    #[default]
+    Stencil,
+    /// New triangles where the face-id image shows their face.
+    Id,
+}
+
+impl UpdateMode {
+    /// All modes with the names that options use.
+    pub const NAMES: [(&'static str, Self); 2] = [("stencil", Self::Stencil), ("id", Self::Id)];
+}
+
+/// What a frame does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameOptions {
+    /// Draw every leaf of every visible face (the camera moved).
+    pub full_luminance: bool,
+    /// Look the colours up again (the camera moved).
+    pub colour: bool,
+    /// Make the picture, with these settings.
+    pub combine: Option<Display>,
+    /// How patches are drawn.
+    pub update_mode: UpdateMode,
+}
+
+/// What a frame did. Times are on the device's clock, since the frame before; a pass that did not run has none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrameStats {
+    /// Milliseconds of the visibility pass.
+    pub visibility_ms: Option<f64>,
+    /// Milliseconds of the colour pass.
+    pub colour_ms: Option<f64>,
+    /// Milliseconds of the luminance pass.
+    pub luminance_ms: Option<f64>,
+    /// Milliseconds of the combine pass.
+    pub combine_ms: Option<f64>,
+    /// Milliseconds of copies to the host.
+    pub readback_ms: Option<f64>,
+    /// Patches applied since the frame before.
+    pub patches: u32,
+    /// Leaves drawn.
+    pub leaves_drawn: u32,
+    /// Occlusion queries issued.
+    pub queries: u32,
+    /// Pixels that they counted.
+    pub query_pixels: u64,
+}
+
+impl FrameStats {
+    fn new(times: &PassTimes, patches: u32, plan: &Plan) -> Self {
+        Self {
+            visibility_ms: times.ms("visibility"),
+            colour_ms: times.ms("colour"),
+            luminance_ms: times.ms("luminance"),
+            combine_ms: times.ms("combine"),
+            readback_ms: times.ms("readback"),
+            patches,
+            leaves_drawn: plan.leaves_drawn,
+            queries: 0,
+            query_pixels: 0,
+        }
+    }
+}
+
+impl Renderer {
+    /// Draws a frame: colour if asked, the luminance that changed (or all of it), the picture if asked.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    pub fn frame(&mut self, options: &FrameOptions) -> Result<FrameStats> {
+        let (plan, patches) = self.plan(options);
+        self.send(&plan, options.combine)?;
+        let Self { commands, passes, bindings, targets, .. } = self;
+        let mut recording = commands.begin()?;
+        if options.colour {
+            recording.pass("colour", |pass| passes.colour.record(pass, bindings, targets));
+        }
+        if plan.clear || !plan.steps.is_empty() {
+            recording.pass("luminance", |pass| passes.luminance.record(pass, bindings, targets, &plan));
+        }
+        if options.combine.is_some() {
+            recording.pass("combine", |pass| passes.combine.record(pass, bindings, targets));
+        }
+        let times = recording.submit()?;
+        self.times.extend(times);
+        Ok(FrameStats::new(&std::mem::take(&mut self.times), patches, &plan))
+    }
+
+    /// What the luminance pass draws, and the number of patches in it.
+    fn plan(&mut self, options: &FrameOptions) -> (Plan, u32) {
+        let mode = if self.stencil_works { options.update_mode } else { UpdateMode::Id };
+        let overflow = self.mesh.max_value() * self.luminance_scale > f32::from(half::f16::MAX);
+        // Updates by id leave the depth of the old triangles behind: marking by depth needs it drawn again.
+        let stale = mode == UpdateMode::Stencil && !self.depth_is_current && self.mesh.has_pending();
+        let visible = Visible { faces: &self.visible, masked: &self.scene.masked };
+        if options.full_luminance || overflow || stale || self.mesh.needs_full() {
+            self.luminance_scale = fitting_scale(self.mesh.max_value());
+            self.depth_is_current = true;
+            let patches = self.mesh.take_full();
+            return (Plan::full(&self.mesh, &visible), patches);
+        }
+        let (batches, patches) = self.mesh.take_pending();
+        let plan = match mode {
+            UpdateMode::Stencil => {
+                let projector = Projector::new(&self.view, self.jitter);
+                Plan::stencil(&self.mesh, &visible, &batches, &projector, self.targets.size)
+            }
+            UpdateMode::Id => {
+                self.depth_is_current &= batches.is_empty();
+                Plan::on_face(&self.mesh, &visible, &batches)
+            }
+        };
+        (plan, patches)
+    }
+
+    /// Sends what the shaders read.
+    fn send(&mut self, plan: &Plan, display: Option<Display>) -> Result<()> {
+        self.mesh.slots.flush(&self.device)?;
+        self.mesh.leaves.flush(&self.device)?;
+        self.leaf_list.replace(plan.list.clone());
+        self.leaf_list.flush(&self.device)?;
+        self.marks.replace(plan.marks.clone());
+        self.marks.flush(&self.device)?;
+        self.send_uniform(display)
+    }
+
+    /// Sends the uniform block alone.
+    pub(super) fn send_uniform(&mut self, display: Option<Display>) -> Result<()> {
+        let display = display.unwrap_or_default();
+        let (scene, view, size) = (&self.scene, &self.view, self.targets.size);
+        let uniform = FrameUniform {
+            clip_from_world: view.clip_from_world(self.jitter).to_cols_array(),
+            positions: scene.positions.address(),
+            triangles: scene.triangles.address(),
+            drawn: scene.drawn.address(),
+            materials: scene.materials.address(),
+            textures: scene.textures.address(),
+            texels: scene.texels.address(),
+            slots: self.mesh.slots.address(),
+            leaves: self.mesh.leaves.address(),
+            leaf_list: self.leaf_list.address(),
+            marks: self.marks.address(),
+            eye: view.eye.to_array(),
+            forward: view.forward.to_array(),
+            right: view.right.to_array(),
+            down: view.down.to_array(),
+            pixel: [2.0 / size.width as f32, 2.0 / size.height as f32],
+            jitter: self.jitter.to_array(),
+            luminance_scale: self.luminance_scale,
+            emission_scale: scene.emission_scale,
+            exposure: display.exposure.exp2(),
+            tone_mapping: display.tone_mapping as u32,
+            emits_back: u32::from(scene.emits_back),
+            padding: 0,
+        };
+        self.uniform.write(0, &[uniform])
+    }
+}

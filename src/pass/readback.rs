@@ -1,0 +1,88 @@
+//! Read-back: images to the host.
+
+use super::targets::Targets;
+use crate::error::Result;
+use crate::vk::buffer::BufferUse;
+use crate::vk::{Buffer, Device, Pass};
+use half::f16;
+
+/// The layers of a frame, a value a pixel, row by row from the top left; radiometric units, linear Rec.709.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Layers {
+    /// L = L_e + k_d D + k_s S; A is the coverage.
+    pub combined: Vec<[f32; 4]>,
+    /// Emitted radiance L_e.
+    pub le: Vec<[f32; 3]>,
+    /// Diffuse reflectance k_d.
+    pub kd: Vec<[f32; 3]>,
+    /// Specular reflectance k_s.
+    pub ks: Vec<[f32; 3]>,
+    /// Diffuse luminance D.
+    pub d: Vec<[f32; 3]>,
+    /// Specular luminance S.
+    pub s: Vec<[f32; 3]>,
+    /// Face id + 1; 0 without geometry.
+    pub face_id: Vec<u32>,
+}
+
+/// Bytes a pixel of each copied image: linear, L_e, k_d, k_s, D, S, ids.
+const LAYER_BYTES: [u64; 7] = [16, 8, 8, 8, 8, 8, 4];
+
+/// A host-visible buffer that holds all layers of a frame at once.
+pub(super) struct ReadBack {
+    buffer: Buffer,
+    pixels: usize,
+}
+
+impl ReadBack {
+    pub(super) fn new(device: &Device, pixels: usize) -> Result<Self> {
+        let bytes = LAYER_BYTES.iter().sum::<u64>() * pixels as u64;
+        Ok(Self { buffer: Buffer::new(device, "read-back", bytes, BufferUse::ReadBack)?, pixels })
+    }
+
+    pub(super) fn record_ids<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
+        pass.copy_image(&targets.ids, &self.buffer, 0);
+    }
+
+    pub(super) fn record_display<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
+        pass.copy_image(&targets.display, &self.buffer, 0);
+    }
+
+    pub(super) fn record_layers<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
+        let [ids, kd, ks, emission, diffuse, specular] = targets.sampled();
+        let images = [&targets.linear, emission, kd, ks, diffuse, specular, ids];
+        for (number, image) in images.into_iter().enumerate() {
+            pass.copy_image(image, &self.buffer, self.offset(number));
+        }
+    }
+
+    fn offset(&self, layer: usize) -> u64 {
+        LAYER_BYTES[..layer].iter().sum::<u64>() * self.pixels as u64
+    }
+
+    pub(super) fn ids(&self) -> Result<Vec<u32>> {
+        self.buffer.read(0, self.pixels)
+    }
+
+    pub(super) fn display(&self) -> Result<Vec<[u8; 4]>> {
+        self.buffer.read(0, self.pixels)
+    }
+
+    /// The layers, their scales undone.
+    pub(super) fn layers(&self, emission_scale: f32, luminance_scale: f32) -> Result<Layers> {
+        Ok(Layers {
+            combined: self.buffer.read(0, self.pixels)?,
+            le: self.colour(1, emission_scale)?,
+            kd: self.colour(2, 1.0)?,
+            ks: self.colour(3, 1.0)?,
+            d: self.colour(4, luminance_scale)?,
+            s: self.colour(5, luminance_scale)?,
+            face_id: self.buffer.read(self.offset(6), self.pixels)?,
+        })
+    }
+
+    fn colour(&self, layer: usize, scale: f32) -> Result<Vec<[f32; 3]>> {
+        let halves: Vec<[f16; 4]> = self.buffer.read(self.offset(layer), self.pixels)?;
+        Ok(halves.iter().map(|h| [h[0], h[1], h[2]].map(|c| c.to_f32() / scale)).collect())
+    }
+}

@@ -1,0 +1,205 @@
+//! The renderer: passes, images, the scene and the luminance mesh on one device.
+
+use super::colour::Colour;
+use super::combine::Combine;
+use super::luminance::Luminance;
+use super::mesh::LuminanceMesh;
+use super::mirror::Mirror;
+use super::readback::{Layers, ReadBack};
+use super::scene_buffers::SceneBuffers;
+use super::shared::FrameUniform;
+use super::targets::Targets;
+use super::visibility::{Visibility, count_pixels};
+use crate::error::Result;
+use crate::refine::update::Update;
+use crate::scene::camera::{Camera, ImageSize, View};
+use crate::scene::{FaceId, Scene};
+use crate::vk::buffer::BufferUse;
+use crate::vk::timestamp::PassTimes;
+use crate::vk::{Bindings, Buffer, Commands, Device};
+use glam::{Vec2, Vec3};
+use std::sync::Arc;
+
+/// The passes.
+pub(super) struct Passes {
+    pub visibility: Visibility,
+    pub colour: Colour,
+    pub luminance: Luminance,
+    pub combine: Combine,
+}
+
+impl Passes {
+    fn new(device: &Device, bindings: &Bindings) -> Result<Self> {
+        Ok(Self {
+            visibility: Visibility::new(device, bindings)?,
+            colour: Colour::new(device, bindings)?,
+            luminance: Luminance::new(device, bindings)?,
+            combine: Combine::new(device, bindings)?,
+        })
+    }
+}
+
+/// Draws frames of one scene from one camera at a time. Every call returns with the device idle.
+pub struct Renderer {
+    pub(super) passes: Passes,
+    pub(super) targets: Targets,
+    pub(super) read_back: ReadBack,
+    pub(super) scene: SceneBuffers,
+    pub(super) mesh: LuminanceMesh,
+    pub(super) leaf_list: Mirror<u32>,
+    pub(super) marks: Mirror<Vec3>,
+    pub(super) uniform: Buffer,
+    pub(super) bindings: Bindings,
+    pub(super) commands: Commands,
+    pub(super) view: View,
+    /// Sub-pixel offset of the samples, pixels.
+    pub(super) jitter: Vec2,
+    /// Whether each face had pixels when visibility was last drawn.
+    pub(super) visible: Vec<bool>,
+    /// What stored D and S are multiplied by to fit half range.
+    pub(super) luminance_scale: f32,
+    /// Whether the luminance depth is that of the leaves drawn last.
+    pub(super) depth_is_current: bool,
+    /// Whether depth EQUAL finds what was drawn; by self-test.
+    pub(super) stencil_works: bool,
+    /// Passes run since the last frame's statistics.
+    pub(super) times: PassTimes,
+    /// Last, so that it goes after everything made from it.
+    pub(super) device: Arc<Device>,
+}
+
+impl Renderer {
+    /// Compiles the pipelines. Needs no scene, so that it can run while one loads.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn new(device: Arc<Device>) -> Result<Self> {
+        let mut commands = Commands::new(&device, "frame")?;
+        let mut bindings = Bindings::new(&device, "frame", 6)?;
+        let uniform = Buffer::new(&device, "uniform", size_of::<FrameUniform>() as u64, BufferUse::Stream)?;
+        let size = ImageSize { width: 1, height: 1 };
+        let targets = Targets::new(&device, &mut commands, size)?;
+        bindings.bind_uniform(&uniform);
+        bindings.bind_images(&targets.sampled());
+        let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 45.0 };
+        Ok(Self {
+            passes: Passes::new(&device, &bindings)?,
+            read_back: ReadBack::new(&device, size.pixels())?,
+            scene: SceneBuffers::new(&device, &mut commands, &Scene::default())?,
+            mesh: LuminanceMesh::new(&device)?,
+            leaf_list: Mirror::new(&device, "leaf list")?,
+            marks: Mirror::new(&device, "marks")?,
+            view: View::new(&camera, size, 1.0),
+            jitter: Vec2::ZERO,
+            visible: Vec::new(),
+            luminance_scale: 1.0,
+            depth_is_current: false,
+            stencil_works: true,
+            times: PassTimes::default(),
+            targets,
+            uniform,
+            bindings,
+            commands,
+            device,
+        })
+    }
+
+    /// The device that it draws on.
+    #[must_use]
+    pub const fn device(&self) -> &Arc<Device> {
+        &self.device
+    }
+
+    /// Sends a scene, in place of the one before. The luminance mesh starts empty.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn load(&mut self, scene: &Scene) -> Result<()> {
+        self.scene = SceneBuffers::new(&self.device, &mut self.commands, scene)?;
+        self.mesh = LuminanceMesh::new(&self.device)?;
+        self.visible.clear();
+        Ok(())
+    }
+
+    /// Makes the images of a size. What they showed is gone: draw visibility, colour and all luminance next.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn resize(&mut self, size: ImageSize) -> Result<()> {
+        if size == self.targets.size {
+            return Ok(());
+        }
+        self.targets = Targets::new(&self.device, &mut self.commands, size)?;
+        self.bindings.bind_images(&self.targets.sampled());
+        self.read_back = ReadBack::new(&self.device, size.pixels())?;
+        self.depth_is_current = false;
+        Ok(())
+    }
+
+    /// Moves the camera; `jitter` in pixels, each coordinate in [−½, ½]. Draw visibility, colour and all luminance next.
+    pub fn set_view(&mut self, view: &View, jitter: Vec2) {
+        self.view = *view;
+        self.jitter = jitter;
+    }
+
+    /// Draws face ids and counts the pixels of each visible face; sorted by face.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    pub fn visibility(&mut self) -> Result<Vec<(FaceId, u32)>> {
+        self.send_uniform(None)?;
+        let Self { commands, passes, bindings, targets, scene, read_back, .. } = self;
+        let mut recording = commands.begin()?;
+        recording.pass("visibility", |pass| passes.visibility.record(pass, bindings, targets, scene));
+        recording.pass("readback", |pass| read_back.record_ids(pass, targets));
+        let times = recording.submit()?;
+        self.times.extend(times);
+        let faces = 2 * self.scene.masked.len();
+        let counts = count_pixels(&self.read_back.ids()?, faces);
+        self.visible.clear();
+        self.visible.resize(faces, false);
+        counts.iter().for_each(|(face, _)| self.visible[face.0 as usize] = true);
+        Ok(counts)
+    }
+
+    /// Takes changes in; they are drawn by the next frame.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Internal`] for an update that contradicts itself.
+    pub fn apply(&mut self, update: &Update) -> Result<()> {
+        self.mesh.apply(update)
+    }
+
+    /// Forgets which leaves are drawn (a new camera generation sends them again); their slots stay.
+    pub fn reset_leaves(&mut self) {
+        self.mesh.reset();
+    }
+
+    /// The displayed picture of the last frame that combined: sRGB, A is the coverage.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    pub fn read_display(&mut self) -> Result<Vec<[u8; 4]>> {
+        let Self { commands, targets, read_back, .. } = self;
+        let mut recording = commands.begin()?;
+        recording.pass("readback", |pass| read_back.record_display(pass, targets));
+        let times = recording.submit()?;
+        self.times.extend(times);
+        self.read_back.display()
+    }
+
+    /// Everything that the images hold, in linear light and true units.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    pub fn read_layers(&mut self) -> Result<Layers> {
+        self.send_uniform(None)?;
+        let Self { commands, passes, bindings, targets, read_back, .. } = self;
+        let mut recording = commands.begin()?;
+        recording.pass("combine", |pass| passes.combine.record_linear(pass, bindings, targets));
+        recording.pass("readback", |pass| read_back.record_layers(pass, targets));
+        let times = recording.submit()?;
+        self.times.extend(times);
+        self.read_back.layers(self.scene.emission_scale, self.luminance_scale)
+    }
+}

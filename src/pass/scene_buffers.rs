@@ -1,0 +1,128 @@
+//! The scene on the device: geometry, materials, and all texels with their mip chains in one buffer.
+
+use super::mipmap;
+use super::shared::{GpuDrawnTriangle, GpuMaterial, GpuTexture, GpuTriangle, MAX_LEVELS};
+use crate::error::{Error, Result};
+use crate::scene::texture::Texture;
+use crate::scene::{EmissionSide, Scene, TriangleId};
+use crate::vk::buffer::BufferUse;
+use crate::vk::{Buffer, Commands, Device};
+use bytemuck::NoUninit;
+use rayon::prelude::*;
+
+/// Half floats end at 65504; values are scaled to stay well under it.
+const HALF_HEADROOM: f32 = 16384.0;
+
+/// Everything that the passes read of the scene.
+pub(super) struct SceneBuffers {
+    pub positions: Buffer,
+    pub triangles: Buffer,
+    pub drawn: Buffer,
+    pub materials: Buffer,
+    pub textures: Buffer,
+    pub texels: Buffer,
+    /// Triangles without mask, drawn first.
+    pub opaque_count: u32,
+    /// Triangles with one, after them.
+    pub masked_count: u32,
+    /// Whether each triangle has a mask.
+    pub masked: Vec<bool>,
+    /// What stored L_e is multiplied by to fit half range.
+    pub emission_scale: f32,
+    pub emits_back: bool,
+}
+
+impl SceneBuffers {
+    pub(super) fn new(device: &Device, commands: &mut Commands, scene: &Scene) -> Result<Self> {
+        let masked: Vec<bool> =
+            (0..scene.triangles.len() as u32).map(|t| scene.material(TriangleId(t)).map_d.is_some()).collect();
+        let drawn = drawing_order(scene, &masked);
+        let masked_count = masked.iter().filter(|&&m| m).count() as u32;
+        let materials: Vec<_> = scene.materials.iter().map(GpuMaterial::new).collect();
+        let (headers, total) = texture_headers(&scene.textures)?;
+        let mut fill = |name, data: &[u8]| filled(device, commands, name, data);
+        let buffers = Self {
+            positions: fill("positions", bytemuck::cast_slice(&scene.positions))?,
+            triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene)))?,
+            drawn: fill("drawn triangles", bytemuck::cast_slice(&drawn))?,
+            materials: fill("materials", bytemuck::cast_slice(&materials))?,
+            textures: fill("textures", bytemuck::cast_slice(&headers))?,
+            texels: Buffer::new(device, "texels", 4 * total, BufferUse::Static)?,
+            opaque_count: drawn.len() as u32 - masked_count,
+            masked_count,
+            masked,
+            emission_scale: fitting_scale(scene.materials.iter().map(|m| m.ke.max_element()).fold(0.0, f32::max)),
+            emits_back: scene.emission_side == EmissionSide::Both,
+        };
+        buffers.with_texels(device, commands, &scene.textures, &headers)
+    }
+
+    /// Builds the mip chains, a texture a thread, and writes each as it comes.
+    fn with_texels(
+        mut self,
+        device: &Device,
+        commands: &mut Commands,
+        textures: &[Texture],
+        headers: &[GpuTexture],
+    ) -> Result<Self> {
+        // A few at a time, so that the chains of all textures never lie in memory twice.
+        for (textures, headers) in textures.chunks(8).zip(headers.chunks(8)) {
+            let chains: Vec<Vec<u32>> = textures.par_iter().map(mipmap::chain).collect();
+            for (chain, header) in chains.iter().zip(headers) {
+                commands.upload(device, &mut self.texels, 4 * u64::from(header.first[0]), chain)?;
+            }
+        }
+        Ok(self)
+    }
+}
+
+/// The power of two that brings `max` to half range, 1 if it is there already. A power of two rounds nothing.
+pub(super) fn fitting_scale(max: f32) -> f32 {
+    let comfortable = 2f32.powi(-8)..=HALF_HEADROOM;
+    if max == 0.0 || !max.is_finite() || comfortable.contains(&max) {
+        return 1.0;
+    }
+    (-max.log2().floor()).clamp(-100.0, 100.0).exp2()
+}
+
+fn filled<T: NoUninit>(device: &Device, commands: &mut Commands, name: &str, data: &[T]) -> Result<Buffer> {
+    let mut buffer = Buffer::new(device, name, size_of_val(data) as u64, BufferUse::Static)?;
+    commands.upload(device, &mut buffer, 0, data)?;
+    Ok(buffer)
+}
+
+fn by_id(scene: &Scene) -> Vec<GpuTriangle> {
+    let triangles = scene.triangles.iter().zip(&scene.uvs).zip(&scene.triangle_materials);
+    triangles
+        .map(|((&corners, uv), material)| GpuTriangle { corners, material: material.0, uv: uv.map(|v| v.to_array()) })
+        .collect()
+}
+
+/// All triangles, those without mask first: only the others need the shader that discards.
+fn drawing_order(scene: &Scene, masked: &[bool]) -> Vec<GpuDrawnTriangle> {
+    let triangles = || (0..).zip(&scene.triangles).zip(masked);
+    let pick = |wanted: bool| {
+        triangles()
+            .filter(move |&(_, &is_masked)| is_masked == wanted)
+            .map(|((id, &corners), _)| GpuDrawnTriangle { corners, id })
+    };
+    pick(false).chain(pick(true)).collect()
+}
+
+/// Where each level of each texture starts, and the number of texels in all.
+fn texture_headers(textures: &[Texture]) -> Result<(Vec<GpuTexture>, u64)> {
+    let mut total = 0u64;
+    let mut headers = Vec::with_capacity(textures.len());
+    for texture in textures {
+        let extents = mipmap::extents(texture.width, texture.height);
+        let mut first = [0; MAX_LEVELS];
+        for (first, [w, h]) in first.iter_mut().zip(&extents) {
+            *first = u32::try_from(total).map_err(|_| {
+                Error::Exhausted("the textures hold more than 2^32 texels together; make them smaller".to_owned())
+            })?;
+            total += u64::from(*w) * u64::from(*h);
+        }
+        headers.push(GpuTexture { extent: [texture.width, texture.height], levels: extents.len() as u32, first });
+    }
+    Ok((headers, total))
+}

@@ -1,0 +1,150 @@
+//! The structs that host and shaders share; `glsl/include/frame.glsl` is the other side, checked when compiling.
+
+use crate::host_matches_shader;
+use crate::refine::update::{Leaf, Slot};
+use crate::scene::TriangleId;
+use crate::scene::material::Material;
+use crate::scene::texture::TextureId;
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+/// "No texture".
+pub(super) const NONE: u32 = u32::MAX;
+/// Mip levels of a texture: enough for 16384 texels a side.
+pub(super) const MAX_LEVELS: usize = 15;
+
+/// The uniform block of every stage.
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct FrameUniform {
+    pub clip_from_world: [f32; 16],
+    pub positions: u64,
+    pub triangles: u64,
+    pub drawn: u64,
+    pub materials: u64,
+    pub textures: u64,
+    pub texels: u64,
+    pub slots: u64,
+    pub leaves: u64,
+    pub leaf_list: u64,
+    pub marks: u64,
+    pub eye: [f32; 3],
+    pub forward: [f32; 3],
+    pub right: [f32; 3],
+    pub down: [f32; 3],
+    pub pixel: [f32; 2],
+    pub jitter: [f32; 2],
+    pub luminance_scale: f32,
+    pub emission_scale: f32,
+    pub exposure: f32,
+    pub tone_mapping: u32,
+    pub emits_back: u32,
+    /// Rounds the size up to the addresses' alignment.
+    pub padding: u32,
+}
+
+/// A triangle by its id.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuTriangle {
+    pub corners: [u32; 3],
+    pub material: u32,
+    pub uv: [[f32; 2]; 3],
+}
+
+/// A triangle in drawing order.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuDrawnTriangle {
+    pub corners: [u32; 3],
+    pub id: u32,
+}
+
+/// A material; texture indices or [`NONE`].
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuMaterial {
+    pub kd: [f32; 3],
+    pub map_kd: u32,
+    pub ks: [f32; 3],
+    pub map_d: u32,
+    pub ke: [f32; 3],
+    pub map_ke: u32,
+}
+
+/// A texture's mip chain.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuTexture {
+    pub extent: [u32; 2],
+    pub levels: u32,
+    /// Index of each level's first texel.
+    pub first: [u32; MAX_LEVELS],
+}
+
+/// A vertex slot.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuSlot {
+    pub position: Vec3,
+    pub weight: f32,
+    pub diffuse: Vec3,
+    pub specular: Vec3,
+}
+
+/// A leaf triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuLeaf {
+    pub slots: [u32; 3],
+    pub face: u32,
+}
+
+host_matches_shader!(FrameUniform, frame, {
+    clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, drawn: DRAWN,
+    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, slots: SLOTS, leaves: LEAVES,
+    leaf_list: LEAF_LIST, marks: MARKS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
+    pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
+    exposure: EXPOSURE, tone_mapping: TONE_MAPPING, emits_back: EMITS_BACK,
+});
+host_matches_shader!(GpuTriangle, triangle, { corners: CORNERS, material: MATERIAL, uv: UV });
+host_matches_shader!(GpuDrawnTriangle, drawn_triangle, { corners: CORNERS, id: ID });
+host_matches_shader!(GpuMaterial, material, {
+    kd: KD, map_kd: MAP_KD, ks: KS, map_d: MAP_D, ke: KE, map_ke: MAP_KE,
+});
+host_matches_shader!(GpuTexture, texture, { extent: EXTENT, levels: LEVELS, first: FIRST });
+host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT, diffuse: DIFFUSE, specular: SPECULAR });
+host_matches_shader!(GpuLeaf, leaf, { slots: SLOTS, face: FACE });
+
+impl GpuMaterial {
+    pub(super) fn new(material: &Material) -> Self {
+        let index = |map: Option<TextureId>| map.map_or(NONE, |t| t.0);
+        Self {
+            kd: material.kd.to_array(),
+            map_kd: index(material.map_kd),
+            ks: material.ks.to_array(),
+            map_d: index(material.map_d),
+            ke: material.ke.to_array(),
+            map_ke: index(material.map_ke),
+        }
+    }
+}
+
+impl From<&Slot> for GpuSlot {
+    fn from(slot: &Slot) -> Self {
+        Self { position: slot.position, weight: slot.weight, diffuse: slot.diffuse, specular: slot.specular }
+    }
+}
+
+impl From<&Leaf> for GpuLeaf {
+    fn from(leaf: &Leaf) -> Self {
+        Self { slots: leaf.slots.map(|s| s.0), face: leaf.face.0 }
+    }
+}
+
+impl GpuLeaf {
+    /// The triangle that the leaf lies on.
+    pub(super) const fn triangle(self) -> TriangleId {
+        TriangleId(self.face >> 1)
+    }
+}

@@ -1,0 +1,65 @@
+//! The images that the passes draw into.
+
+use crate::error::Result;
+use crate::scene::camera::ImageSize;
+use crate::vk::report::{COLOUR_FORMAT, DISPLAY_FORMAT, ID_FORMAT, LINEAR_FORMAT};
+use crate::vk::{Commands, Device, Image};
+use ash::vk::Extent2D;
+
+/// All images of a frame, of one size.
+pub(super) struct Targets {
+    pub size: ImageSize,
+    /// Face id + 1, 0 without geometry.
+    pub ids: Image,
+    pub visibility_depth: Image,
+    /// k_d; A is the coverage.
+    pub kd: Image,
+    pub ks: Image,
+    /// L_e times the emission scale.
+    pub emission: Image,
+    /// D times the luminance scale; A is 1 where a leaf was drawn.
+    pub diffuse: Image,
+    /// S likewise.
+    pub specular: Image,
+    /// The luminance pass's own: it holds the depth of leaves, not of the scene's triangles.
+    pub luminance_depth: Image,
+    /// The picture as displayed.
+    pub display: Image,
+    /// The picture in linear light; A is the coverage.
+    pub linear: Image,
+}
+
+impl Targets {
+    pub(super) fn new(device: &Device, commands: &mut Commands, size: ImageSize) -> Result<Self> {
+        let extent = Extent2D { width: size.width, height: size.height };
+        let colour = |name| Image::colour(device, name, extent, COLOUR_FORMAT);
+        let targets = Self {
+            size,
+            ids: Image::colour(device, "face ids", extent, ID_FORMAT)?,
+            visibility_depth: Image::depth_stencil(device, "visibility depth", extent)?,
+            kd: colour("k_d")?,
+            ks: colour("k_s")?,
+            emission: colour("L_e")?,
+            diffuse: colour("D")?,
+            specular: colour("S")?,
+            luminance_depth: Image::depth_stencil(device, "luminance depth", extent)?,
+            display: Image::colour(device, "display", extent, DISPLAY_FORMAT)?,
+            linear: Image::colour(device, "linear", extent, LINEAR_FORMAT)?,
+        };
+        let mut recording = commands.begin()?;
+        recording.pass("new images", |pass| pass.first_use(targets.all()));
+        recording.submit()?;
+        Ok(targets)
+    }
+
+    /// The images that shaders read, in the order of `glsl/include/images.glsl`.
+    pub(super) fn sampled(&self) -> [&Image; 6] {
+        [&self.ids, &self.kd, &self.ks, &self.emission, &self.diffuse, &self.specular]
+    }
+
+    fn all(&self) -> [&Image; 10] {
+        let [ids, kd, ks, emission, diffuse, specular] = self.sampled();
+        let (depth, own) = (&self.visibility_depth, &self.luminance_depth);
+        [ids, depth, kd, ks, emission, diffuse, specular, own, &self.display, &self.linear]
+    }
+}

@@ -1,0 +1,73 @@
+//! Visibility: face ids and depth of everything the camera sees, and how many pixels each face covers.
+
+use super::scene_buffers::SceneBuffers;
+use super::targets::Targets;
+use crate::error::Result;
+use crate::scene::FaceId;
+use crate::vk::commands::Load;
+use crate::vk::pipeline::{DepthStencil, PipelineDesc};
+use crate::vk::report::ID_FORMAT;
+use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
+use ash::vk::CompareOp;
+
+/// Nearer than what is there, in reversed depth.
+pub(super) const NEARER: DepthStencil = DepthStencil { compare: CompareOp::GREATER, write: true, stencil: None };
+
+/// The pass of that name.
+pub(super) struct Visibility {
+    opaque: Pipeline,
+    masked: Pipeline,
+}
+
+impl Visibility {
+    pub(super) fn new(device: &Device, bindings: &Bindings) -> Result<Self> {
+        let desc = PipelineDesc {
+            vertex: shaders::VISIBILITY_VERT,
+            fragment: Some(shaders::VISIBILITY_FRAG),
+            colour: &[ID_FORMAT],
+            depth_stencil: Some(device.depth_stencil_format()),
+            writes_colour: true,
+        };
+        let with_mask = PipelineDesc {
+            vertex: shaders::VISIBILITY_MASKED_VERT,
+            fragment: Some(shaders::VISIBILITY_MASKED_FRAG),
+            ..desc
+        };
+        Ok(Self {
+            opaque: Pipeline::new(device, "visibility", bindings, &desc)?,
+            masked: Pipeline::new(device, "visibility masked", bindings, &with_mask)?,
+        })
+    }
+
+    /// Draws all triangles, those without mask first so that the others are mostly hidden by depth.
+    pub(super) fn record<'a>(
+        &'a self,
+        pass: &Pass<'a>,
+        bindings: &'a Bindings,
+        targets: &'a Targets,
+        scene: &SceneBuffers,
+    ) {
+        pass.render(&[&targets.ids], Some(&targets.visibility_depth), Load::Clear, |draws| {
+            draws.bind(&self.opaque, bindings);
+            draws.depth_stencil(NEARER);
+            draws.triangles(0, scene.opaque_count);
+            if scene.masked_count > 0 {
+                draws.bind(&self.masked, bindings);
+                draws.triangles(scene.opaque_count, scene.masked_count);
+            }
+        });
+    }
+}
+
+/// Pixels of each visible face, by face, from an id image; `faces` is the number of faces of the scene.
+pub(super) fn count_pixels(ids: &[u32], faces: usize) -> Vec<(FaceId, u32)> {
+    // A table of all faces beats a hash map and a GPU reduction alike: 0.1 to 0.4 ms (lavapipe.md 4).
+    let mut counts = vec![0u32; faces + 1];
+    for &id in ids {
+        if let Some(count) = counts.get_mut(id as usize) {
+            *count += 1;
+        }
+    }
+    let seen = counts.iter().enumerate().skip(1).filter(|&(_, &count)| count > 0);
+    seen.map(|(id, &count)| (FaceId(id as u32 - 1), count)).collect()
+}

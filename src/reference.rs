@@ -1,1 +1,0 @@
-//! Brute-force path tracer: no cache, no tricks.

@@ -1,0 +1,132 @@
+//! The engine's thread: commands in, updates out.
+
+use super::engine::{Budget, Engine, Visible};
+use super::nice::lower_priority;
+use super::update::Update;
+use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// What the frame loop asks of the engine.
+#[derive(Clone, Debug)]
+enum Command {
+    /// A new view.
+    View(Visible),
+    /// One batch of at least this many rays.
+    Step(u64),
+}
+
+/// Whether batches follow the clock or the frame loop.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// Batches of a few milliseconds as fast as they come.
+    Free,
+    /// One batch of fixed work on each [`EngineThread::step`]: deterministic.
+    Stepped,
+}
+
+/// Length of a batch: short against a frame, long against the cost of handing it over.
+const BATCH: Duration = Duration::from_millis(4);
+
+/// A running engine. Dropping it stops the thread after its present batch.
+pub struct EngineThread {
+    commands: Option<Sender<Command>>,
+    updates: Receiver<Update>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl EngineThread {
+    /// Starts the thread; `build` makes the engine there, so that its tables do not delay the caller.
+    ///
+    /// # Errors
+    /// If the system gives no thread.
+    pub fn spawn(pace: Pace, build: impl FnOnce() -> Engine + Send + 'static) -> std::io::Result<Self> {
+        let (commands, inbox) = unbounded();
+        let (outbox, updates) = unbounded();
+        let thread = std::thread::Builder::new().name("penombre-engine".to_owned()).spawn(move || {
+            lower_priority();
+            run(&mut build(), pace, &inbox, &outbox);
+        })?;
+        Ok(Self { commands: Some(commands), updates, thread: Some(thread) })
+    }
+
+    /// Sends a new view. A stopped engine is noticed by [`Self::drain`].
+    pub fn set_visible(&self, visible: Visible) {
+        self.send(Command::View(visible));
+    }
+
+    /// Asks for one batch of at least `rays` rays (pace [`Pace::Stepped`]); exactly one update answers.
+    pub fn step(&self, rays: u64) {
+        self.send(Command::Step(rays));
+    }
+
+    fn send(&self, command: Command) {
+        if let Some(commands) = &self.commands {
+            // Fails only if the thread is gone, which the next `drain` or `wait` reports.
+            let _ = commands.send(command);
+        }
+    }
+
+    /// The updates that have arrived, without waiting; `None` if the engine has died.
+    #[must_use]
+    pub fn drain(&self) -> Option<Vec<Update>> {
+        let mut updates = Vec::new();
+        loop {
+            match self.updates.try_recv() {
+                Ok(update) => updates.push(update),
+                Err(TryRecvError::Empty) => return Some(updates),
+                Err(TryRecvError::Disconnected) => return None,
+            }
+        }
+    }
+
+    /// The next update, waiting for it; `None` if the engine has died.
+    #[must_use]
+    pub fn wait(&self) -> Option<Update> {
+        self.updates.recv().ok()
+    }
+
+    /// The next update if one arrives within `timeout`.
+    #[must_use]
+    pub fn wait_for(&self, timeout: Duration) -> Option<Update> {
+        self.updates.recv_timeout(timeout).ok()
+    }
+}
+
+impl Drop for EngineThread {
+    fn drop(&mut self) {
+        self.commands = None;
+        if let Some(thread) = self.thread.take() {
+            // A panic of the engine has been reported by the panic hook.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Serves commands until their sender is gone; between them, works on (pace free) until nothing is left.
+fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Sender<Update>) {
+    let mut idle = true;
+    loop {
+        let command = if idle {
+            match inbox.recv() {
+                Ok(command) => Some(command),
+                Err(_) => return,
+            }
+        } else {
+            match inbox.try_recv() {
+                Ok(command) => Some(command),
+                Err(TryRecvError::Empty) => None,
+                Err(TryRecvError::Disconnected) => return,
+            }
+        };
+        let update = match command {
+            Some(Command::View(visible)) => engine.set_visible(&visible),
+            Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
+            None => engine.step(Budget::Time(BATCH)),
+        };
+        idle = pace == Pace::Stepped || update.stats.converged;
+        if outbox.send(update).is_err() {
+            return;
+        }
+    }
+}

@@ -1,0 +1,63 @@
+//! The pool of tracing threads.
+
+use super::nice::lower_priority;
+use rayon::ThreadPool;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+/// A fixed pool of low-priority threads that also counts the CPU time they spend on jobs.
+pub struct Workers {
+    pool: ThreadPool,
+    nanoseconds: AtomicU64,
+}
+
+impl Workers {
+    /// A pool of `threads` threads.
+    ///
+    /// # Errors
+    /// If the system gives no threads.
+    pub fn new(threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("penombre-trace-{i}"))
+            .start_handler(|_| lower_priority())
+            .build()?;
+        Ok(Self { pool, nanoseconds: AtomicU64::new(0) })
+    }
+
+    /// Applies `work` to runs of `items` on all threads; results come in the order of the items, whatever the threads do.
+    pub fn map_chunks<T: Sync, R: Send>(&self, items: &[T], work: impl Fn(&[T]) -> R + Sync) -> Vec<R> {
+        let length = items.len().div_ceil(self.pool.current_num_threads() * 4).max(1);
+        self.pool.install(|| {
+            items
+                .par_chunks(length)
+                .map(|chunk| {
+                    let start = thread_nanoseconds();
+                    let result = work(chunk);
+                    self.nanoseconds.fetch_add(thread_nanoseconds() - start, Ordering::Relaxed);
+                    result
+                })
+                .collect()
+        })
+    }
+
+    /// CPU time spent in jobs so far, over all threads, seconds.
+    #[must_use]
+    pub fn cpu_seconds(&self) -> f64 {
+        self.nanoseconds.load(Ordering::Relaxed) as f64 * 1e-9
+    }
+}
+
+/// CPU time of the calling thread.
+#[cfg(unix)]
+fn thread_nanoseconds() -> u64 {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+}
+
+/// Wall time stands in for CPU time where the system has no such clock in reach.
+#[cfg(not(unix))]
+fn thread_nanoseconds() -> u64 {
+    static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
+    START.get_or_init(std::time::Instant::now).elapsed().as_nanos() as u64
+}

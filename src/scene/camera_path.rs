@@ -1,0 +1,208 @@
+//! A camera's flight, and edits of lights on the way: the file of `--camera-path`.
+
+use super::camera::Camera;
+use super::report::Report;
+use super::toml_walk::{At, Document, Table};
+use crate::error::{Error, Result};
+use glam::Vec3;
+use std::path::Path;
+
+/// A camera path: keys at ascending times, and edits of lights.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraPath {
+    /// Keys in order of time; never empty.
+    pub keys: Vec<CameraKey>,
+    /// Edits in order of time.
+    pub edits: Vec<LightEdit>,
+}
+
+/// Where the camera is at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraKey {
+    /// Time from the start, seconds.
+    pub time: f32,
+    /// Eye position, scene units.
+    pub position: Vec3,
+    /// Point looked at.
+    pub look_at: Vec3,
+}
+
+/// A change of a light at a time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LightEdit {
+    /// Time from the start, seconds.
+    pub time: f32,
+    /// Name of the light.
+    pub light: String,
+    /// New power, as a factor on the loaded light's.
+    pub power: Option<f32>,
+    /// New colour, as RGB factors on the loaded light's.
+    pub colour: Option<Vec3>,
+    /// Whether it is on.
+    pub on: Option<bool>,
+}
+
+/// Reads a camera path; all its faults are in [`Error::Input`].
+pub fn load_camera_path(path: &Path) -> Result<CameraPath> {
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "cannot read", e))?;
+    let mut report = Report::default();
+    let Ok(text) = String::from_utf8(bytes) else {
+        report.error(path, None, "is not UTF-8 text: a camera path is a TOML file with [[key]] entries");
+        return Err(Error::Input(report));
+    };
+    let (camera_path, report) = read(path, &text);
+    if report.has_errors() { Err(Error::Input(report)) } else { Ok(camera_path) }
+}
+
+fn read(file: &Path, text: &str) -> (CameraPath, Report) {
+    let (mut document, root) = Document::parse(file, text);
+    let mut table = Table::root(&mut document, &root);
+    let keys = table.tables("key", "[[key]]", read_key);
+    let edits = table.tables("edit", "[[edit]]", read_edit);
+    if keys.is_empty() {
+        table.error(1, "the camera path has no [[key]]: give at least one with time, position and look_at");
+    }
+    let keys: Vec<At<CameraKey>> =
+        keys.into_iter().filter_map(|at| Some(At { value: at.value?, line: at.line })).collect();
+    for pair in keys.windows(2) {
+        if pair[1].value.time <= pair[0].value.time {
+            let message = format!("time {} is not after the key before ({})", pair[1].value.time, pair[0].value.time);
+            table.error(pair[1].line, message);
+        }
+    }
+    table.reject_unknown();
+    let mut edits: Vec<LightEdit> = edits.into_iter().filter_map(|at| at.value).collect();
+    edits.sort_by(|a, b| a.time.total_cmp(&b.time));
+    (CameraPath { keys: keys.into_iter().map(|at| at.value).collect(), edits }, document.finish())
+}
+
+fn read_time(t: &mut Table) -> Option<f32> {
+    let time = t.number_in("time", "seconds from 0", |time| time >= 0.0);
+    Some(t.required("time", time)?.value)
+}
+
+fn read_key(t: &mut Table) -> Option<CameraKey> {
+    let time = read_time(t);
+    let position = t.vector("position");
+    let position = t.required("position", position);
+    let look_at = t.vector("look_at");
+    let look_at = t.required("look_at", look_at);
+    let (position, look_at) = (position?, look_at?);
+    if position.value == look_at.value {
+        t.error(look_at.line, "look_at is the camera's position: look at another point");
+    }
+    Some(CameraKey { time: time?, position: position.value, look_at: look_at.value })
+}
+
+fn read_edit(t: &mut Table) -> Option<LightEdit> {
+    let time = read_time(t);
+    let light = t.string("light");
+    let light = t.required("light", light);
+    let power = t.number_in("power", "a factor from 0", |power| power >= 0.0).map(|at| at.value);
+    let colour = t.colour("colour").map(|at| at.value);
+    let on = t.choice("switch", &[("on", true), ("off", false)]).map(|at| at.value);
+    if power.is_none() && colour.is_none() && on.is_none() {
+        t.error(t.line, "the edit changes nothing: give power, colour or switch");
+    }
+    Some(LightEdit { time: time?, light: light?.value, power, colour, on })
+}
+
+impl CameraPath {
+    /// Time of the last key, seconds.
+    #[must_use]
+    pub fn duration(&self) -> f32 {
+        self.keys.last().map_or(0.0, |key| key.time)
+    }
+
+    /// The camera at `time`, seconds: `base` moved along a Catmull-Rom spline through the keys, which rests before the
+    /// first and after the last.
+    #[must_use]
+    pub fn camera_at(&self, time: f32, base: &Camera) -> Camera {
+        let at = |value: fn(&CameraKey) -> Vec3| self.interpolate(time, value);
+        let (Some(position), Some(look_at)) = (at(|key| key.position), at(|key| key.look_at)) else { return *base };
+        Camera { position, look_at, ..*base }
+    }
+
+    fn interpolate(&self, time: f32, value: fn(&CameraKey) -> Vec3) -> Option<Vec3> {
+        let (first, last) = (self.keys.first()?, self.keys.last()?);
+        if time <= first.time || time.is_nan() {
+            return Some(value(first));
+        }
+        if time >= last.time {
+            return Some(value(last));
+        }
+        let next = self.keys.partition_point(|key| key.time <= time);
+        let (a, b) = (&self.keys[next - 1], &self.keys[next]);
+        let span = b.time - a.time;
+        let t = (time - a.time) / span;
+        let (ta, tb) = (self.tangent(next - 1, value) * span, self.tangent(next, value) * span);
+        // Cubic Hermite basis.
+        let (t2, t3) = (t * t, t * t * t);
+        Some(
+            value(a) * (2.0 * t3 - 3.0 * t2 + 1.0)
+                + ta * (t3 - 2.0 * t2 + t)
+                + value(b) * (3.0 * t2 - 2.0 * t3)
+                + tb * (t3 - t2),
+        )
+    }
+
+    /// Velocity at key `i`: that of the parabola through it and its neighbours (Catmull-Rom for uneven times), of the
+    /// chord at the ends.
+    fn tangent(&self, i: usize, value: fn(&CameraKey) -> Vec3) -> Vec3 {
+        let slope = |k: usize| {
+            let (a, b) = (&self.keys[k], &self.keys[k + 1]);
+            ((value(b) - value(a)) / (b.time - a.time), b.time - a.time)
+        };
+        if i == 0 {
+            return slope(0).0;
+        }
+        let (before, dt_before) = slope(i - 1);
+        if i + 1 == self.keys.len() {
+            return before;
+        }
+        let (after, dt_after) = slope(i);
+        (before * dt_after + after * dt_before) / (dt_before + dt_after)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BASE: Camera = Camera { position: Vec3::ZERO, look_at: Vec3::X, up: Vec3::Y, vertical_fov: 30.0 };
+
+    fn parabola(times: &[f32]) -> CameraPath {
+        let key =
+            |&time: &f32| CameraKey { time, position: Vec3::new(time, time * time, 1.0), look_at: Vec3::splat(9.0) };
+        CameraPath { keys: times.iter().map(key).collect(), edits: Vec::new() }
+    }
+
+    #[test]
+    fn inner_spans_reproduce_a_parabola_at_uneven_times() {
+        let path = parabola(&[0.0, 1.0, 1.5, 4.0, 5.0]);
+        for time in [1.0, 1.2, 1.5, 2.0, 3.7] {
+            let found = path.camera_at(time, &BASE).position;
+            assert!(found.distance(Vec3::new(time, time * time, 1.0)) < 1e-4, "{time}: {found}");
+        }
+    }
+
+    #[test]
+    fn the_camera_rests_outside_and_keeps_its_lens() {
+        let path = parabola(&[1.0, 2.0]);
+        assert_eq!(path.camera_at(0.0, &BASE).position, Vec3::ONE);
+        assert_eq!(path.camera_at(7.0, &BASE).position, Vec3::new(2.0, 4.0, 1.0));
+        assert_eq!(path.camera_at(f32::NAN, &BASE).position, Vec3::ONE);
+        assert_eq!(path.camera_at(1.5, &BASE).vertical_fov, 30.0);
+        assert_eq!(parabola(&[3.0]).camera_at(3.5, &BASE).position, Vec3::new(3.0, 9.0, 1.0));
+    }
+
+    #[test]
+    fn faults_are_listed_with_lines() {
+        let text = "[[key]]\ntime = 1\nposition = [0,0,0]\nlook_at = [0,0,1]\n[[key]]\ntime = 1\nposition = [0,0,0]\n\
+                    look_at = [0,0,0]\n[[edit]]\ntime = 2\nlight = \"a\"\n[[edit]]\ntime = 1\nswich = \"off\"\n";
+        let (path, report) = read(Path::new("p.toml"), text);
+        let lines: Vec<_> = report.faults.iter().filter_map(|f| f.place.line).collect();
+        assert_eq!(lines, [5, 8, 9, 12, 12, 14], "{report:#?}");
+        assert_eq!(path.edits.len(), 1, "the edit without a light is left out");
+    }
+}

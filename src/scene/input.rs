@@ -1,0 +1,57 @@
+//! Telling what a file is, and refusing what is no scene with one clear message.
+
+use std::path::Path;
+
+/// Largest OBJ or MTL file that is read, bytes.
+const MAX_FILE: u64 = 2 << 30;
+/// So much of a file is searched for NUL bytes, which no text has.
+const SNIFFED: usize = 4096;
+
+/// What the main file is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// A scene file in TOML.
+    SceneFile,
+    /// A bare OBJ.
+    Obj,
+}
+
+/// The kind of `path` by its name, or why it is no scene.
+pub(super) fn kind(path: &Path) -> Result<Kind, String> {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    match extension.as_str() {
+        "toml" => Ok(Kind::SceneFile),
+        "obj" => Ok(Kind::Obj),
+        "gltf" | "glb" => Err(GLTF.into()),
+        _ => Err("is neither a scene file (.toml) nor an OBJ (.obj): give one of these".into()),
+    }
+}
+
+const GLTF: &str = "glTF is not supported yet: export the scene as OBJ (in Blender: File > Export > Wavefront)";
+
+/// Reads a text file whole, or says why not. Never reads devices, pipes or files beyond 2 GiB.
+pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, String> {
+    let data = std::fs::metadata(path).map_err(|e| format!("cannot be read: {e}"))?;
+    if data.is_dir() {
+        return Err("is a directory: name a file in it".into());
+    }
+    if !data.is_file() {
+        return Err("is not a regular file".into());
+    }
+    if data.len() > MAX_FILE {
+        return Err("is larger than 2 GiB: split it into several OBJ files".into());
+    }
+    let bytes = std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+    refuse(&bytes).map_or(Ok(bytes), |why| Err(why.into()))
+}
+
+fn refuse(bytes: &[u8]) -> Option<&'static str> {
+    if bytes.trim_ascii().is_empty() {
+        return Some("is empty");
+    }
+    if bytes.starts_with(b"glTF") {
+        return Some(GLTF);
+    }
+    let head = &bytes[..bytes.len().min(SNIFFED)];
+    memchr::memchr(0, head).map(|_| "is a binary file, not text")
+}

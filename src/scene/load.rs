@@ -1,0 +1,298 @@
+//! Loading a scene: a scene file or a bare OBJ, its materials and textures; every fault with its place.
+
+use super::input::{self, Kind};
+use super::light::Light;
+use super::material::{Material, MaterialId};
+use super::obj::{self, SKIP, Soup};
+use super::obj_text::ObjText;
+use super::report::Report;
+use super::scene_file::{self, Description};
+use super::stock::Stock;
+use super::texture::{Texture, TextureId};
+use super::toml_walk::At;
+use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, textures};
+use crate::error::{Error, Result};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// A loaded scene, and what is to be said about it.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The scene.
+    pub scene: Scene,
+    /// Warnings.
+    pub report: Report,
+    /// What became of the triangles.
+    pub counts: Counts,
+    /// Where the time went.
+    pub timings: Timings,
+}
+
+/// Triangles by their fate; n corners of a face count as n − 2 triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// In the scene.
+    pub drawn: usize,
+    /// Left out, without area.
+    pub zero_area: usize,
+    /// Left out, of materials that let light pass (glass).
+    pub see_through: usize,
+    /// Faces (not triangles) with faults that were dropped.
+    pub dropped_faces: usize,
+}
+
+impl Counts {
+    /// Triangles of all sound faces.
+    #[must_use]
+    pub const fn kept(&self) -> usize {
+        self.drawn + self.zero_area + self.see_through
+    }
+}
+
+/// Wall time of the stages; textures and geometry run side by side.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Timings {
+    /// Reading the files and checking their text.
+    pub text: Duration,
+    /// MTL files.
+    pub materials: Duration,
+    /// Decoding textures.
+    pub textures: Duration,
+    /// Parsing the checked text, welding, cutting polygons.
+    pub geometry: Duration,
+    /// Normals, lights, cameras.
+    pub finish: Duration,
+    /// All.
+    pub total: Duration,
+}
+
+/// Loads the scene file (`.toml`) or OBJ at `path`.
+///
+/// # Errors
+/// [`Error::Io`] when `path` itself cannot be read; [`Error::Input`] with all faults, warnings included, when anything
+/// refuses the scene or nothing is left to draw.
+pub fn load(path: &Path) -> Result<Loaded> {
+    let start = Instant::now();
+    let (description, mut report) = describe(path)?;
+    let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut timings = Timings::default();
+    let files = read_objs(path, &directory, &description, &mut report);
+    timings.text = start.elapsed();
+    let mut stock = Stock::default();
+    let slots: Vec<Slots> = files.iter().map(|file| resolve(file, &mut stock, &mut report)).collect();
+    timings.materials = start.elapsed() - timings.text;
+    let (decoded, soup) = rayon::join(|| decode(&stock), || assemble(&files, &slots));
+    let ((images, ids, image_report), spent) = decoded;
+    timings.textures = spent;
+    let (soup, geometry_report, spent) = soup;
+    timings.geometry = spent;
+    let finish = Instant::now();
+    let scene_materials = build_materials(&stock, &ids, &mut report);
+    report.faults.extend(image_report.faults);
+    report.faults.extend(geometry_report.faults);
+    let counts = Counts {
+        drawn: soup.triangles.len(),
+        zero_area: soup.zero_area,
+        see_through: soup.skipped,
+        dropped_faces: files.iter().map(|f| f.text.dropped_faces).sum(),
+    };
+    if counts.drawn == 0 && !files.is_empty() {
+        report.error(path, None, nothing_to_draw(&counts));
+    }
+    if report.has_errors() {
+        return Err(Error::Input(report));
+    }
+    let scene = finish_scene(path, description, soup, scene_materials, images, &mut report);
+    timings.finish = finish.elapsed();
+    timings.total = start.elapsed();
+    Ok(Loaded { scene, report, counts, timings })
+}
+
+/// What is to be loaded. A bare OBJ is a scene of one file.
+fn describe(path: &Path) -> Result<(Description, Report)> {
+    let refuse = |why: String| {
+        let mut report = Report::default();
+        report.error(path, None, why);
+        Error::Input(report)
+    };
+    let data = std::fs::metadata(path).map_err(|e| Error::io(path, "cannot read", e))?;
+    if data.is_dir() {
+        return Err(refuse("is a directory: name a scene file or an OBJ in it".into()));
+    }
+    match input::kind(path).map_err(refuse)? {
+        Kind::SceneFile => {
+            let bytes = input::read_text(path).map_err(refuse)?;
+            let text = String::from_utf8(bytes).map_err(|_| refuse("is not UTF-8, which TOML has to be".into()))?;
+            Ok(scene_file::read(path, &text))
+        }
+        Kind::Obj => {
+            std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let description = Description { objs: vec![At { value: name, line: 0 }], ..Description::default() };
+            Ok((description, Report::default()))
+        }
+    }
+}
+
+/// An OBJ file after its first pass.
+struct ObjFile {
+    path: PathBuf,
+    text: ObjText,
+}
+
+fn read_objs(main: &Path, directory: &Path, description: &Description, report: &mut Report) -> Vec<ObjFile> {
+    let read = |obj: &At<String>| -> Result<ObjFile, String> {
+        // A bare OBJ's name is the path itself.
+        let path = if obj.line == 0 { main.to_owned() } else { directory.join(&obj.value) };
+        input::kind(&path).and_then(|kind| match kind {
+            Kind::Obj => Ok(()),
+            Kind::SceneFile => Err("is a scene file: name an OBJ".into()),
+        })?;
+        let bytes = input::read_text(&path)?;
+        let text = ObjText::read(&path, &bytes);
+        Ok(ObjFile { path, text })
+    };
+    let results: Vec<_> = description.objs.par_iter().map(read).collect();
+    let mut files = Vec::new();
+    for (result, obj) in results.into_iter().zip(&description.objs) {
+        match result {
+            Ok(mut file) => {
+                report.faults.append(&mut file.text.report.faults);
+                files.push(file);
+            }
+            Err(why) if obj.line == 0 => report.error(main, None, why),
+            Err(why) => report.error(main, Some(obj.line), format!("{}: {why}", obj.value)),
+        }
+    }
+    files
+}
+
+/// The slots of one OBJ's materials.
+struct Slots {
+    of_material: Vec<u32>,
+    no_material: u32,
+}
+
+fn resolve(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Slots {
+    let library = stock.open_libraries(&file.path, &file.text.libraries, report);
+    let of_material = file
+        .text
+        .materials
+        .iter()
+        .map(|named| match library.get(&named.name) {
+            Some(&index) => stock.slot(index, report),
+            None => {
+                let message = format!("material {} is in no MTL file: grey is used", named.name);
+                report.warn(&file.path, Some(named.line), message);
+                stock.grey(&named.name)
+            }
+        })
+        .collect();
+    // `tobj` names no material only before the first `usemtl`.
+    let no_material = if starts_without_material(&file.text.faces) { stock.grey("no material") } else { SKIP };
+    Slots { of_material, no_material }
+}
+
+/// Whether a face stands before the first `usemtl` of the checked text.
+fn starts_without_material(faces: &[u8]) -> bool {
+    let after_library = memchr::memchr(b'\n', faces).map_or(0, |end| end + 1);
+    faces.get(after_library) == Some(&b'f')
+}
+
+type Decoded = ((Vec<Texture>, Vec<Option<TextureId>>, Report), Duration);
+
+fn decode(stock: &Stock) -> Decoded {
+    let start = Instant::now();
+    let mut report = Report::default();
+    let requests: Vec<_> = stock.drawn().flat_map(materials::requests).collect();
+    let (images, ids) = textures::decode_all(&requests, &mut report);
+    ((images, ids, report), start.elapsed())
+}
+
+fn assemble(files: &[ObjFile], slots: &[Slots]) -> (Soup, Report, Duration) {
+    let start = Instant::now();
+    let mut report = Report::default();
+    let mut soup = Soup::default();
+    let parsed: Vec<_> = files.par_iter().map(|file| obj::parse(&file.text)).collect();
+    for ((models, file), slots) in parsed.into_iter().zip(files).zip(slots) {
+        match models {
+            Ok(models) => soup.add(&models, &slots.of_material, slots.no_material),
+            Err(error) => report.error(&file.path, None, format!("cannot be read: {error}")),
+        }
+    }
+    (soup, report, start.elapsed())
+}
+
+/// The materials of all slots; `ids` answers the requests of the drawn ones, in order.
+fn build_materials(stock: &Stock, ids: &[Option<TextureId>], report: &mut Report) -> Vec<Material> {
+    let mut answers = ids.iter().copied();
+    stock.materials(|m| {
+        let mut maps = [None; 3];
+        for map in materials::maps_in_use(m) {
+            maps[map as usize] = answers.next().flatten();
+        }
+        materials::build(m, maps, report)
+    })
+}
+
+fn nothing_to_draw(counts: &Counts) -> String {
+    let mut why = Vec::new();
+    for (count, what) in [
+        (counts.dropped_faces, "faces have faults"),
+        (counts.zero_area, "triangles have no area"),
+        (counts.see_through, "triangles are of glass, which is not drawn yet"),
+    ] {
+        if count > 0 {
+            why.push(format!("{count} {what}"));
+        }
+    }
+    let why = if why.is_empty() { "there is no face of three corners or more".to_owned() } else { why.join(", ") };
+    format!("nothing to draw: {why}")
+}
+
+fn finish_scene(
+    path: &Path,
+    description: Description,
+    soup: Soup,
+    materials: Vec<Material>,
+    textures: Vec<Texture>,
+    report: &mut Report,
+) -> Scene {
+    let mut scene = Scene {
+        positions: soup.positions,
+        triangles: soup.triangles,
+        normals: soup.normals,
+        uvs: soup.uvs,
+        triangle_materials: soup.slots.into_iter().map(MaterialId).collect(),
+        materials,
+        textures,
+        emission_side: description.emission_side,
+        lights: description.lights,
+        cameras: description.cameras,
+        display: description.display,
+    };
+    let turned = normals::complete(&scene.positions, &scene.triangles, &mut scene.normals, description.smooth_angle);
+    if turned > 0 {
+        let message = format!("{turned} vertex normals (vn) point to the back of their face and are turned");
+        report.warn(path, None, message);
+    }
+    let area_lights = emitters::find(&scene);
+    scene.lights.extend(area_lights);
+    complete_view(path, &mut scene, report);
+    scene
+}
+
+/// A camera and a light where the scene has none.
+fn complete_view(path: &Path, scene: &mut Scene, report: &mut Report) {
+    let Some((lo, hi)) = scene.bounds() else { return };
+    if scene.cameras.is_empty() {
+        let camera = framing::camera(lo, hi);
+        report.warn(path, None, format!("no camera: framed the whole scene from {}", camera.position));
+        scene.cameras.push(NamedCamera { name: "framed".into(), camera });
+    }
+    if scene.lights.is_empty() {
+        report.warn(path, None, "no light and nothing emits: one point light was added");
+        scene.lights.push(Light { name: "added".into(), kind: framing::light(lo, hi) });
+    }
+}

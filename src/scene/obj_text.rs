@@ -1,0 +1,364 @@
+//! A first, tolerant pass over the text of an OBJ file.
+//!
+//! `tobj` stops at the first fault, has no line numbers, and knows neither continuation lines nor forward references
+//! across materials. This pass finds every fault with its line, drops what cannot be drawn, and writes a plain text that
+//! `tobj` reads without a hitch: first all vertices, then faces whose indices are in range and whose corners all carry
+//! the same attributes, with `usemtl` naming an entry of [`ObjText::materials`] by its number.
+
+use super::report::Report;
+use super::text::{self, Lines, Warnings};
+use rustc_hash::FxHashMap;
+use std::io::Write;
+use std::path::Path;
+
+/// Largest coordinate that is drawn: beyond it products of edges leave the range of 32-bit floats.
+const MAX_COORDINATE: f32 = 1e9;
+
+/// A name in the file, with its line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Named {
+    /// The name.
+    pub name: String,
+    /// Line of its first use, from 1.
+    pub line: u32,
+}
+
+/// What the first pass makes of an OBJ file.
+#[derive(Debug, Default)]
+pub(super) struct ObjText {
+    /// `v`, `vt` and `vn` lines for `tobj`.
+    pub vertices: Vec<u8>,
+    /// `usemtl` and `f` lines for `tobj`.
+    pub faces: Vec<u8>,
+    /// Materials named by `usemtl`, in order of first use.
+    pub materials: Vec<Named>,
+    /// What follows each `mtllib`.
+    pub libraries: Vec<Named>,
+    /// Faces that were dropped.
+    pub dropped_faces: usize,
+    /// Warnings.
+    pub report: Report,
+}
+
+/// Numbers of positions, texture coordinates and normals.
+#[derive(Clone, Copy, Debug, Default)]
+struct Counts([u32; 3]);
+
+/// What the survey of the vertices found.
+#[derive(Default)]
+struct Survey {
+    /// Totals of the file, without the stand-ins.
+    totals: Counts,
+    /// Positions that cannot be drawn, ascending, from 0.
+    unusable: Vec<u32>,
+}
+
+impl ObjText {
+    /// Reads the bytes of `file`.
+    pub(super) fn read(file: &Path, bytes: &[u8]) -> Self {
+        let mut warnings = Warnings::new(file);
+        let mut out = Self { vertices: Vec::with_capacity(bytes.len()), ..Self::default() };
+        let survey = out.read_vertices(bytes, &mut warnings);
+        out.read_faces(bytes, &survey, &mut warnings);
+        out.report = warnings.finish();
+        out
+    }
+
+    fn read_vertices(&mut self, bytes: &[u8], warnings: &mut Warnings) -> Survey {
+        let mut survey = Survey::default();
+        let mut lines = Lines::new(bytes);
+        while let Some(line) = lines.next() {
+            let (number, line) = match line {
+                Ok(line) => line,
+                Err(number) => {
+                    warnings.add("line too long", number, || "the line is longer than 1 MiB and is left out".into());
+                    continue;
+                }
+            };
+            let (keyword, rest) = text::keyword(line);
+            match keyword {
+                b"v" => self.position(rest, number, &mut survey, warnings),
+                b"vt" => {
+                    survey.totals.0[1] += 1;
+                    self.texture_coordinate(rest, number, warnings);
+                }
+                b"vn" => {
+                    survey.totals.0[2] += 1;
+                    self.normal(rest, number, warnings);
+                }
+                b"mtllib" => self.libraries.push(Named { name: text::decode(rest), line: number }),
+                b"f" | b"fo" | b"usemtl" | b"g" | b"o" | b"s" => {}
+                b"l" | b"p" => warnings
+                    .add("lines and points", number, || "lines and points (l, p) are not drawn: only faces are".into()),
+                other => warnings.add("unknown keyword", number, || {
+                    format!("{} is not read: the line is left out", text::quote(other))
+                }),
+            }
+        }
+        self.stand_ins(survey.totals);
+        survey
+    }
+
+    /// After the file's own: attributes for corners that lack one, so that all corners are alike to `tobj`.
+    fn stand_ins(&mut self, totals: Counts) {
+        if totals.0[1] > 0 {
+            self.vertices.extend_from_slice(b"vt 0 0\n");
+        }
+        if totals.0[2] > 0 {
+            self.vertices.extend_from_slice(b"vn 0 0 0\n");
+        }
+    }
+
+    fn position(&mut self, rest: &[u8], line: u32, survey: &mut Survey, warnings: &mut Warnings) {
+        let index = survey.totals.0[0];
+        survey.totals.0[0] += 1;
+        if let Some(p) = numbers::<3>(rest) {
+            if p.iter().all(|x| x.abs() <= MAX_COORDINATE) {
+                // A fourth number (w) belongs to rational curves; colours after it are not used.
+                self.copy_words(b"v", rest, 3);
+                return;
+            }
+        }
+        survey.unusable.push(index);
+        self.vertices.extend_from_slice(b"v 0 0 0\n");
+        warnings.add("unusable vertex", line, || {
+            "a vertex needs three finite numbers of at most 1e9: faces that use this one are left out".into()
+        });
+    }
+
+    fn texture_coordinate(&mut self, rest: &[u8], line: u32, warnings: &mut Warnings) {
+        let mut values = text::words(rest).map(text::number);
+        match (values.next().flatten(), values.next()) {
+            (Some(_), Some(Some(_))) => self.copy_words(b"vt", rest, 2),
+            (Some(_), None) => {
+                self.copy_words(b"vt", rest, 1);
+                self.vertices.pop();
+                self.vertices.extend_from_slice(b" 0\n");
+            }
+            _ => {
+                self.vertices.extend_from_slice(b"vt 0 0\n");
+                warnings.add("texture coordinate", line, || {
+                    "a texture coordinate needs two finite numbers: (0, 0) is used".into()
+                });
+            }
+        }
+    }
+
+    fn normal(&mut self, rest: &[u8], line: u32, warnings: &mut Warnings) {
+        if numbers::<3>(rest).is_some() {
+            self.copy_words(b"vn", rest, 3);
+        } else {
+            self.vertices.extend_from_slice(b"vn 0 0 0\n");
+            warnings.add("normal", line, || "a normal needs three finite numbers: the geometric normal is used".into());
+        }
+    }
+
+    fn copy_words(&mut self, keyword: &[u8], rest: &[u8], count: usize) {
+        self.vertices.extend_from_slice(keyword);
+        for word in text::words(rest).take(count) {
+            self.vertices.push(b' ');
+            self.vertices.extend_from_slice(word);
+        }
+        self.vertices.push(b'\n');
+    }
+
+    fn read_faces(&mut self, bytes: &[u8], survey: &Survey, warnings: &mut Warnings) {
+        self.faces = Vec::with_capacity(bytes.len().saturating_sub(self.vertices.len()) + 64);
+        // `tobj` asks for materials when it meets a library.
+        self.faces.extend_from_slice(b"mtllib materials\n");
+        let mut numbers_of: FxHashMap<Vec<u8>, usize> = FxHashMap::default();
+        let mut so_far = Counts::default();
+        let mut corners = Vec::new();
+        let mut lines = Lines::new(bytes);
+        while let Some(line) = lines.next() {
+            let Ok((number, line)) = line else { continue };
+            let (keyword, rest) = text::keyword(line);
+            match keyword {
+                b"v" => so_far.0[0] += 1,
+                b"vt" => so_far.0[1] += 1,
+                b"vn" => so_far.0[2] += 1,
+                b"f" | b"fo" => {
+                    let face = Face { so_far, survey, line: number };
+                    if !face.write(rest, &mut corners, &mut self.faces, warnings) {
+                        self.dropped_faces += 1;
+                    }
+                }
+                b"usemtl" => self.use_material(rest, number, &mut numbers_of, warnings),
+                _ => {}
+            }
+        }
+    }
+
+    fn use_material(
+        &mut self,
+        name: &[u8],
+        line: u32,
+        numbers_of: &mut FxHashMap<Vec<u8>, usize>,
+        warnings: &mut Warnings,
+    ) {
+        if name.is_empty() {
+            warnings.add("usemtl", line, || "usemtl names no material: the one before stays in use".into());
+            return;
+        }
+        let next = self.materials.len();
+        let id = *numbers_of.entry(name.to_vec()).or_insert(next);
+        if id == next {
+            self.materials.push(Named { name: text::decode(name), line });
+        }
+        // Writing to memory cannot fail.
+        let _ = writeln!(self.faces, "usemtl {id}");
+    }
+}
+
+/// The first `N` words as finite numbers.
+fn numbers<const N: usize>(rest: &[u8]) -> Option<[f32; N]> {
+    let mut words = text::words(rest);
+    let mut out = [0.0; N];
+    for x in &mut out {
+        *x = text::number(words.next()?)?;
+    }
+    Some(out)
+}
+
+/// One corner as written: position, texture coordinate, normal; 0 where there is none.
+type Corner = [i64; 3];
+
+/// Where a face stands in its file.
+struct Face<'s> {
+    so_far: Counts,
+    survey: &'s Survey,
+    line: u32,
+}
+
+impl Face<'_> {
+    /// Writes the face for `tobj`; `false` when it has to be dropped. `corners` is scratch.
+    fn write(&self, rest: &[u8], corners: &mut Vec<Corner>, out: &mut Vec<u8>, warnings: &mut Warnings) -> bool {
+        corners.clear();
+        let mut as_written = true;
+        for word in text::words(rest) {
+            let Some(corner) = parse_corner(word) else {
+                warnings.add("unreadable face", self.line, || {
+                    format!("{} is no corner (v, v/vt, v//vn or v/vt/vn): the face is left out", text::quote(word))
+                });
+                return false;
+            };
+            let Some((corner, same)) = self.resolve(corner, warnings) else { return false };
+            as_written &= same;
+            corners.push(corner);
+        }
+        if corners.len() < 3 {
+            warnings.add("face of fewer than three corners", self.line, || {
+                format!("a face needs three corners, this one has {}: it is left out", corners.len())
+            });
+            return false;
+        }
+        out.push(b'f');
+        if as_written {
+            for word in text::words(rest) {
+                out.push(b' ');
+                out.extend_from_slice(word);
+            }
+        } else {
+            corners.iter().for_each(|&corner| write_corner(out, corner));
+        }
+        out.push(b'\n');
+        true
+    }
+
+    /// Indices from 1 into the whole file with stand-ins for missing attributes, and whether that is how the corner
+    /// was written; `None`, with a warning, when it cannot be drawn.
+    fn resolve(&self, corner: Corner, warnings: &mut Warnings) -> Option<(Corner, bool)> {
+        let totals = self.survey.totals.0;
+        let Some(v) = self.index(0, corner[0]) else {
+            warnings.add("vertex index out of range", self.line, || {
+                format!(
+                    "there is no vertex {} ({} in the file, {} so far): the face is left out",
+                    corner[0], totals[0], self.so_far.0[0]
+                )
+            });
+            return None;
+        };
+        // The survey has named the vertex's own line.
+        if !self.survey.unusable.is_empty() && self.survey.unusable.binary_search(&(v as u32 - 1)).is_ok() {
+            warnings.add("face with an unusable vertex", self.line, || {
+                format!("vertex {v} is unusable (see its line): the face is left out")
+            });
+            return None;
+        }
+        let out = [v, self.attribute(1, corner[1], warnings), self.attribute(2, corner[2], warnings)];
+        let same = |kind: usize| out[kind] == corner[kind] && out[kind] > 0 || out[kind] == 0 && corner[kind] == NONE;
+        Some((out, (0..3).all(same)))
+    }
+
+    /// Index of a texture coordinate or normal; the stand-in, or 0 where the file has none, when it is missing or wrong.
+    fn attribute(&self, kind: usize, written: i64, warnings: &mut Warnings) -> i64 {
+        let total = i64::from(self.survey.totals.0[kind]);
+        let stand_in = if total > 0 { total + 1 } else { 0 };
+        if written == NONE {
+            return stand_in;
+        }
+        self.index(kind, written).unwrap_or_else(|| {
+            warnings.add("attribute index out of range", self.line, || {
+                let what = if kind == 1 { "texture coordinate" } else { "normal" };
+                let which = if written == UNREADABLE { "with an unreadable index".into() } else { written.to_string() };
+                format!("there is no {what} {which}: the corner goes without")
+            });
+            stand_in
+        })
+    }
+
+    /// An index from 1 into the whole file, `None` out of range. Negative ones count back from the line.
+    fn index(&self, kind: usize, written: i64) -> Option<i64> {
+        let index = if written < 0 { i64::from(self.so_far.0[kind]) + 1 + written } else { written };
+        let limit = if written < 0 { self.so_far.0[kind] } else { self.survey.totals.0[kind] };
+        (1..=i64::from(limit)).contains(&index).then_some(index)
+    }
+}
+
+/// An attribute that a corner does not name.
+const NONE: i64 = i64::MIN;
+/// An attribute that cannot be read; out of range in any file.
+const UNREADABLE: i64 = i64::MAX;
+
+fn parse_corner(word: &[u8]) -> Option<Corner> {
+    let mut corner = [NONE; 3];
+    let mut parts = word.split(|&b| b == b'/');
+    corner[0] = parse_index(parts.next()?)?;
+    for slot in &mut corner[1..] {
+        match parts.next() {
+            None => break,
+            Some([]) => {}
+            // Only the attribute is lost.
+            Some(part) => *slot = parse_index(part).unwrap_or(UNREADABLE),
+        }
+    }
+    parts.next().is_none().then_some(corner)
+}
+
+fn parse_index(bytes: &[u8]) -> Option<i64> {
+    let (negative, digits) = match bytes.strip_prefix(b"-") {
+        Some(digits) => (true, digits),
+        None => (false, bytes),
+    };
+    if digits.is_empty() || digits.len() > 18 {
+        return None;
+    }
+    let mut value = 0_i64;
+    for &b in digits {
+        if !b.is_ascii_digit() {
+            return None;
+        }
+        value = value * 10 + i64::from(b - b'0');
+    }
+    Some(if negative { -value } else { value })
+}
+
+fn write_corner(out: &mut Vec<u8>, [v, vt, vn]: Corner) {
+    // Writing to memory cannot fail.
+    let _ = match (vt, vn) {
+        (0, 0) => write!(out, " {v}"),
+        (_, 0) => write!(out, " {v}/{vt}"),
+        (0, _) => write!(out, " {v}//{vn}"),
+        _ => write!(out, " {v}/{vt}/{vn}"),
+    };
+}

@@ -1,0 +1,230 @@
+//! The scene file: TOML that names geometry and places cameras and lights.
+
+use super::camera::{Camera, NamedCamera};
+use super::light::{Light, LightKind};
+use super::report::Report;
+use super::toml_walk::{At, Document, Table};
+use super::{Display, EmissionSide, ToneMapping};
+use glam::Vec3;
+use std::collections::HashMap;
+use std::path::Path;
+
+/// Vertical field of view of a camera that gives none, degrees.
+const DEFAULT_FOV: f32 = 45.0;
+
+/// What a scene file says.
+#[derive(Debug, Default)]
+pub(super) struct Description {
+    /// OBJ files as written, relative to the scene file.
+    pub objs: Vec<At<String>>,
+    /// Which side of emissive triangles emits.
+    pub emission_side: EmissionSide,
+    /// Smoothing of OBJs without normals, degrees.
+    pub smooth_angle: Option<f32>,
+    /// Cameras in order.
+    pub cameras: Vec<NamedCamera>,
+    /// Whether a camera was asked for, valid or not.
+    pub has_camera: bool,
+    /// Lights in order.
+    pub lights: Vec<Light>,
+    /// Whether a light was asked for, valid or not.
+    pub has_light: bool,
+    /// Display settings.
+    pub display: Display,
+}
+
+/// Reads the scene file `file`; what is wrong is in the report, the rest has defaults.
+pub(super) fn read(file: &Path, text: &str) -> (Description, Report) {
+    let (mut document, root) = Document::parse(file, text);
+    let mut table = Table::root(&mut document, &root);
+    let mut out = Description::default();
+    let geometry = table.tables("geometry", "[geometry]", |t| read_geometry(t, &mut out));
+    if geometry.is_empty() {
+        table.error(1, "the scene has no geometry: add [geometry] with obj = [\"file.obj\"]");
+    }
+    let cameras = table.tables("camera", "[[camera]]", read_camera);
+    let lights = table.tables("light", "[[light]]", read_light);
+    table.tables("display", "[display]", |t| read_display(t, &mut out.display));
+    if let Some(second) = geometry.get(1) {
+        table.error(second.line, "[geometry] stands twice: merge them");
+    }
+    out.has_camera = !cameras.is_empty();
+    out.has_light = !lights.is_empty();
+    out.cameras = name_all(&mut table, cameras, "camera", |name, camera| NamedCamera { name, camera });
+    out.lights = name_all(&mut table, lights, "light", |name, kind| Light { name, kind });
+    table.reject_unknown();
+    (out, document.finish())
+}
+
+fn read_geometry(t: &mut Table, out: &mut Description) {
+    match t.strings("obj") {
+        Some(objs) if objs.is_empty() => t.error(t.line, "obj is empty: name at least one OBJ file"),
+        Some(objs) => out.objs = objs,
+        None => t.error(t.line, "[geometry] lacks obj"),
+    }
+    let sides = [("front", EmissionSide::Front), ("both", EmissionSide::Both)];
+    out.emission_side = t.choice("emit", &sides).map_or(EmissionSide::Front, |at| at.value);
+    let angle = t.number_in("smooth_angle", "degrees from 0 to 180", |a| (0.0..=180.0).contains(&a));
+    out.smooth_angle = angle.map(|at| at.value);
+}
+
+/// Something of the scene file that may have a name.
+struct Entry<T> {
+    name: Option<At<String>>,
+    /// `None` when it has faults.
+    content: Option<T>,
+}
+
+/// Gives each entry its name, or `what` and its number, and rejects names that stand twice.
+fn name_all<T, O>(t: &mut Table, entries: Vec<At<Entry<T>>>, what: &str, make: impl Fn(String, T) -> O) -> Vec<O> {
+    let mut lines: HashMap<String, u32> = HashMap::new();
+    let mut out = Vec::new();
+    for (number, At { value: Entry { name, content }, line }) in entries.into_iter().enumerate() {
+        let name = name.unwrap_or_else(|| At { value: format!("{what} {}", number + 1), line });
+        if let Some(first) = lines.insert(name.value.clone(), name.line) {
+            t.error(name.line, format!("{what} {:?} stands already at line {first}: choose another name", name.value));
+        }
+        out.extend(content.map(|content| make(name.value, content)));
+    }
+    out
+}
+
+fn read_camera(t: &mut Table) -> Entry<Camera> {
+    let name = t.string("name");
+    let position = t.vector("position");
+    let position = t.required("position", position);
+    let look_at = t.vector("look_at");
+    let look_at = t.required("look_at", look_at);
+    let up = t.vector("up");
+    let fov = t.number_in("vertical_fov", "degrees between 0 and 180", |fov| fov > 0.0 && fov < 180.0);
+    let content = position.zip(look_at).map(|(position, look_at)| {
+        let camera = Camera {
+            position: position.value,
+            look_at: look_at.value,
+            up: up.map_or(Vec3::Y, |at| at.value),
+            vertical_fov: fov.map_or(DEFAULT_FOV, |at| at.value),
+        };
+        if let Some(fault) = view_fault(&camera) {
+            let line = up.filter(|_| fault.about_up).map_or(look_at.line, |at| at.line);
+            t.error(line, fault.message);
+        }
+        camera
+    });
+    Entry { name, content }
+}
+
+struct ViewFault {
+    about_up: bool,
+    message: &'static str,
+}
+
+fn view_fault(camera: &Camera) -> Option<ViewFault> {
+    let view = (camera.look_at - camera.position).as_dvec3().normalize_or_zero();
+    let up = camera.up.as_dvec3().normalize_or_zero();
+    let fault = |about_up, message| Some(ViewFault { about_up, message });
+    if view == glam::DVec3::ZERO {
+        fault(false, "look_at is the camera's position: look at another point")
+    } else if up == glam::DVec3::ZERO {
+        fault(true, "up is zero: give a direction")
+    } else if view.cross(up).length() < 1e-6 {
+        fault(true, "up is parallel to the view: give another direction")
+    } else {
+        None
+    }
+}
+
+/// The kinds of light of a scene file.
+#[derive(Clone, Copy)]
+enum Kind {
+    Point,
+    Spot,
+    Directional,
+    Environment,
+}
+
+const KINDS: [(&str, Kind); 4] = [
+    ("point", Kind::Point),
+    ("spot", Kind::Spot),
+    ("directional", Kind::Directional),
+    ("environment", Kind::Environment),
+];
+
+fn read_light(t: &mut Table) -> Entry<LightKind> {
+    let name = t.string("name");
+    let kind = t.choice("kind", &KINDS);
+    let content = match t.required("kind", kind) {
+        Some(At { value: Kind::Point, .. }) => read_point(t),
+        Some(At { value: Kind::Spot, .. }) => read_spot(t),
+        Some(At { value: Kind::Directional, .. }) => read_directional(t),
+        Some(At { value: Kind::Environment, line }) => {
+            t.error(line, "environment lights are not supported yet: use point, spot or directional");
+            t.accept_all();
+            None
+        }
+        None => {
+            t.accept_all();
+            None
+        }
+    };
+    Entry { name, content }
+}
+
+fn read_point(t: &mut Table) -> Option<LightKind> {
+    let position = t.vector("position");
+    let position = t.required("position", position);
+    let intensity = t.colour("intensity");
+    let intensity = t.required("intensity", intensity);
+    Some(LightKind::Point { position: position?.value, intensity: intensity?.value })
+}
+
+fn read_spot(t: &mut Table) -> Option<LightKind> {
+    let position = t.vector("position");
+    let position = t.required("position", position);
+    let intensity = t.colour("intensity");
+    let intensity = t.required("intensity", intensity);
+    let direction = read_direction(t);
+    let inner = t.number_in("inner_angle", "a half angle from 0 to 180 degrees", |a| (0.0..=180.0).contains(&a));
+    let inner = t.required("inner_angle", inner);
+    let outer = t.number_in("outer_angle", "a half angle from 0 to 180 degrees", |a| a > 0.0 && a <= 180.0);
+    let outer = t.required("outer_angle", outer);
+    let (inner, outer) = (inner?, outer?);
+    if inner.value >= outer.value {
+        let message = format!("inner_angle {} must be smaller than outer_angle {}", inner.value, outer.value);
+        t.error(inner.line, message);
+    }
+    Some(LightKind::Spot {
+        position: position?.value,
+        direction: direction?,
+        intensity: intensity?.value,
+        cos_inner: inner.value.to_radians().cos(),
+        cos_outer: outer.value.to_radians().cos(),
+    })
+}
+
+fn read_directional(t: &mut Table) -> Option<LightKind> {
+    let direction = read_direction(t);
+    let irradiance = t.colour("irradiance");
+    let irradiance = t.required("irradiance", irradiance);
+    Some(LightKind::Directional { direction: direction?, irradiance: irradiance?.value })
+}
+
+/// A unit direction.
+fn read_direction(t: &mut Table) -> Option<Vec3> {
+    let direction = t.vector("direction");
+    let direction = t.required("direction", direction)?;
+    let unit = direction.value.as_dvec3().normalize_or_zero().as_vec3();
+    if unit == Vec3::ZERO {
+        t.error(direction.line, "direction is zero: give a direction");
+        return None;
+    }
+    Some(unit)
+}
+
+fn read_display(t: &mut Table, out: &mut Display) {
+    if let Some(exposure) = t.number_in("exposure", "stops from -100 to 100", |e| e.abs() <= 100.0) {
+        out.exposure = exposure.value;
+    }
+    if let Some(operator) = t.choice("tone_mapping", &ToneMapping::NAMES) {
+        out.tone_mapping = operator.value;
+    }
+}

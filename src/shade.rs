@@ -1,1 +1,0 @@
-//! Evaluation of reflection and emission.

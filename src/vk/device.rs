@@ -1,0 +1,223 @@
+//! The logical device: choice, creation, names of objects, and what is still alive when it goes.
+
+use super::error;
+use super::instance::Instance;
+use super::memory::Memory;
+use super::report::{self, Candidate, DeviceReport};
+use crate::error::{Error, Result};
+use ash::{ext, khr, vk};
+use std::collections::BTreeMap;
+use std::ffi::{CStr, CString};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// How a device is chosen and watched.
+#[derive(Clone, Debug, Default)]
+pub struct DeviceOptions {
+    /// `--device`: an index, or a part of a name (any case); `None` takes the best.
+    pub device: Option<String>,
+    /// Validation layers; `None` follows `PENOMBRE_VALIDATION` (0 or 1), else they are on in debug builds.
+    pub validation: Option<bool>,
+}
+
+impl DeviceOptions {
+    fn wants_validation(&self) -> bool {
+        let from_environment = || std::env::var("PENOMBRE_VALIDATION").ok().map(|v| v != "0");
+        self.validation.or_else(from_environment).unwrap_or(cfg!(debug_assertions))
+    }
+}
+
+/// A Vulkan device, chosen and ready. Objects made from it keep its core alive; dropping it prints those that
+/// should have gone before.
+pub struct Device {
+    pub(super) core: Arc<DeviceCore>,
+    report: DeviceReport,
+    depth_stencil: vk::Format,
+}
+
+/// What objects share and keep alive: handles, memory, the list of live objects.
+pub(super) struct DeviceCore {
+    pub(super) raw: ash::Device,
+    pub(super) queue: Mutex<vk::Queue>,
+    pub(super) queue_family: u32,
+    pub(super) timestamp_period_ns: Option<f32>,
+    pub(super) memory: Memory,
+    pub(super) debug: Option<ext::debug_utils::Device>,
+    live: Mutex<BTreeMap<u64, String>>,
+    instance: Arc<Instance>,
+}
+
+impl Device {
+    /// Chooses a device (discrete, integrated, virtual, CPU in this order, unless `options` names one) and opens it.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] names what to install or which feature is lacking; [`Error::Usage`] an unknown `--device`.
+    pub fn new(options: &DeviceOptions) -> Result<Arc<Self>> {
+        let instance = Instance::new(options.wants_validation())?;
+        let candidates = report::candidates(&instance)?;
+        let chosen = choose(candidates, options.device.as_deref())?;
+        let (Some(queue_family), Some(depth_stencil)) = (chosen.queue_family, chosen.depth_stencil) else {
+            return Err(Error::Internal("a device without queue or depth format was chosen".to_owned()));
+        };
+        let core = DeviceCore::new(instance, &chosen, queue_family)?;
+        Ok(Arc::new(Self { core: Arc::new(core), report: chosen.report, depth_stencil }))
+    }
+
+    /// Name, driver, version, formats: for the log and for `info`.
+    #[must_use]
+    pub const fn report(&self) -> &DeviceReport {
+        &self.report
+    }
+
+    /// The depth and stencil format found by query.
+    #[must_use]
+    pub const fn depth_stencil_format(&self) -> vk::Format {
+        self.depth_stencil
+    }
+
+    /// Whether the validation layer watches this device.
+    #[must_use]
+    pub fn validates(&self) -> bool {
+        self.core.instance.validates()
+    }
+
+    /// What the validation layer said so far, known noise left out; empty for a correct program.
+    #[must_use]
+    pub fn validation_messages(&self) -> Vec<String> {
+        self.core.instance.messages.all()
+    }
+
+    /// Names of the objects alive.
+    #[must_use]
+    pub fn live_objects(&self) -> Vec<String> {
+        self.core.live().values().cloned().collect()
+    }
+
+    /// Bytes of device memory reserved.
+    #[must_use]
+    pub fn memory_bytes(&self) -> u64 {
+        self.core.memory.reserved_bytes()
+    }
+}
+
+impl Drop for Device {
+    fn drop(&mut self) {
+        for name in self.live_objects() {
+            eprintln!("vulkan: `{name}` outlives its device");
+        }
+    }
+}
+
+impl DeviceCore {
+    fn new(instance: Arc<Instance>, chosen: &Candidate, queue_family: u32) -> Result<Self> {
+        let raw = create_device(&instance, chosen.raw, queue_family)?;
+        // SAFETY: one queue of this family was requested.
+        let queue = unsafe { raw.get_device_queue(queue_family, 0) };
+        let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        let memory = match Memory::new(&instance, &raw, chosen.raw, chosen.max_allocation) {
+            Ok(memory) => memory,
+            Err(e) => {
+                // SAFETY: nothing was made from the device yet.
+                unsafe { raw.destroy_device(None) };
+                return Err(e);
+            }
+        };
+        let timestamp_period_ns = chosen.timestamp_period_ns;
+        let (queue, live) = (Mutex::new(queue), Mutex::default());
+        Ok(Self { raw, queue, queue_family, timestamp_period_ns, memory, debug, live, instance })
+    }
+
+    fn live(&self) -> MutexGuard<'_, BTreeMap<u64, String>> {
+        self.live.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Gives a handle its debug name.
+    pub(super) fn set_name(&self, handle: impl vk::Handle, name: &str) {
+        let Some(debug) = &self.debug else { return };
+        let Ok(name) = CString::new(name) else { return };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+        // SAFETY: the handle is alive, its owner names it at creation. A failure only costs the name.
+        let _ = unsafe { debug.set_debug_utils_object_name(&info) };
+    }
+}
+
+impl Drop for DeviceCore {
+    fn drop(&mut self) {
+        self.memory.close();
+        // SAFETY: objects hold an `Arc` of this core, so none is left; every submission was waited for.
+        unsafe { self.raw.destroy_device(None) };
+    }
+}
+
+/// The entry of a live object in its device's list; objects hold one and reach the device through it.
+pub(super) struct Tracked {
+    pub(super) core: Arc<DeviceCore>,
+    key: u64,
+}
+
+impl Tracked {
+    /// Names a new handle and lists it as alive.
+    pub(super) fn new<H: vk::Handle + Copy>(core: &Arc<DeviceCore>, handle: H, name: &str) -> Self {
+        core.set_name(handle, name);
+        let mut live = core.live();
+        let key = live.last_key_value().map_or(0, |(k, _)| k + 1);
+        live.insert(key, name.to_owned());
+        Self { core: Arc::clone(core), key }
+    }
+}
+
+impl Drop for Tracked {
+    fn drop(&mut self) {
+        self.core.live().remove(&self.key);
+    }
+}
+
+fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
+    let list =
+        candidates.iter().map(|c| format!("{}: {}", c.report.index, c.report.name)).collect::<Vec<_>>().join(", ");
+    let mut candidates = candidates;
+    if let Some(wanted) = wanted {
+        let matches = |c: &Candidate| match wanted.parse::<usize>() {
+            Ok(index) => c.report.index == index,
+            Err(_) => c.report.name.to_lowercase().contains(&wanted.to_lowercase()),
+        };
+        candidates.retain(matches);
+        if candidates.is_empty() {
+            return Err(Error::Usage(format!("no Vulkan device matches --device {wanted}; there are {list}")));
+        }
+    }
+    let lacks: Vec<String> = candidates
+        .iter()
+        .filter(|c| !c.report.missing.is_empty())
+        .map(|c| format!("{} lacks {}", c.report.name, c.report.missing.join(", ")))
+        .collect();
+    let usable = candidates.into_iter().filter(|c| c.report.missing.is_empty());
+    // The first of the best kind: the loader's order is the system's preference.
+    usable.min_by_key(|c| (c.rank, c.report.index)).ok_or_else(|| {
+        Error::NoDevice(format!(
+            "no usable Vulkan device: {}; `apt install mesa-vulkan-drivers` on Debian or Ubuntu brings a software one",
+            lacks.join("; ")
+        ))
+    })
+}
+
+fn create_device(instance: &Instance, physical: vk::PhysicalDevice, queue_family: u32) -> Result<ash::Device> {
+    let priorities = [1.0];
+    let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
+    let mut v12 = vk::PhysicalDeviceVulkan12Features::default().buffer_device_address(true).scalar_block_layout(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+    let mut extensions = Vec::new();
+    // SAFETY: a plain query.
+    let available = unsafe { instance.raw.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+    let has = |name: &CStr| available.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+    if has(khr::portability_subset::NAME) {
+        // Must be enabled where it exists.
+        extensions.push(khr::portability_subset::NAME.as_ptr());
+    }
+    let info = vk::DeviceCreateInfo::default()
+        .queue_create_infos(&queues)
+        .enabled_extension_names(&extensions)
+        .push_next(&mut v12)
+        .push_next(&mut v13);
+    // SAFETY: the features were checked by `report`; everything `info` points to lives in this function.
+    unsafe { instance.raw.create_device(physical, &info, None) }.map_err(|e| error(e, "opening the Vulkan device"))
+}

@@ -1,0 +1,126 @@
+//! Two-dimensional images with one view: attachments that later passes read.
+
+use super::device::{Device, Tracked};
+use super::{error, memory};
+use crate::error::Result;
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::Allocation;
+
+/// An image, its view and its memory.
+pub struct Image {
+    pub(super) raw: vk::Image,
+    pub(super) view: vk::ImageView,
+    pub(super) format: vk::Format,
+    pub(super) size: vk::Extent2D,
+    allocation: Option<Allocation>,
+    tracked: Tracked,
+}
+
+impl Image {
+    /// A colour image: attachment, sampled, copied from.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn colour(device: &Device, name: &str, size: vk::Extent2D, format: vk::Format) -> Result<Self> {
+        let usage =
+            vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC;
+        Self::new(device, name, size, format, usage)
+    }
+
+    /// A depth and stencil image in the device's format.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn depth_stencil(device: &Device, name: &str, size: vk::Extent2D) -> Result<Self> {
+        let usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
+        Self::new(device, name, size, device.depth_stencil_format(), usage)
+    }
+
+    fn new(
+        device: &Device,
+        name: &str,
+        size: vk::Extent2D,
+        format: vk::Format,
+        usage: vk::ImageUsageFlags,
+    ) -> Result<Self> {
+        let info = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(format)
+            .extent(vk::Extent3D { width: size.width, height: size.height, depth: 1 })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .tiling(vk::ImageTiling::OPTIMAL)
+            .usage(usage);
+        let core = &device.core;
+        // SAFETY: see the module's contract; the owner below undoes it on every later failure.
+        let raw = unsafe { core.raw.create_image(&info, None) }.map_err(|e| error(e, &format!("creating `{name}`")))?;
+        let tracked = Tracked::new(core, raw, name);
+        let mut image = Self { raw, view: vk::ImageView::null(), format, size, allocation: None, tracked };
+        // SAFETY: `raw` was just created.
+        let requirements = unsafe { core.raw.get_image_memory_requirements(raw) };
+        let allocation = core.memory.allocate(name, requirements, MemoryLocation::GpuOnly, false)?;
+        // SAFETY: the allocation fits the requirements and is bound once.
+        let bound = unsafe { core.raw.bind_image_memory(raw, allocation.memory(), allocation.offset()) };
+        image.allocation = Some(allocation);
+        bound.map_err(|e| memory::bind_error(e, name))?;
+        let view = vk::ImageViewCreateInfo::default()
+            .image(raw)
+            .view_type(vk::ImageViewType::TYPE_2D)
+            .format(format)
+            .subresource_range(image.whole());
+        // SAFETY: the image has memory.
+        image.view = unsafe { core.raw.create_image_view(&view, None) }
+            .map_err(|e| error(e, &format!("creating the view of `{name}`")))?;
+        core.set_name(image.view, name);
+        Ok(image)
+    }
+
+    /// Size in pixels.
+    #[must_use]
+    pub const fn size(&self) -> vk::Extent2D {
+        self.size
+    }
+
+    /// Whether it holds depth and stencil.
+    pub(super) const fn is_depth_stencil(&self) -> bool {
+        matches!(
+            self.format,
+            vk::Format::D32_SFLOAT_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D16_UNORM_S8_UINT
+        )
+    }
+
+    /// The one layout the image is ever in: GENERAL costs colour images nothing measurable and saves the
+    /// transitions; depth keeps the layout that lets hardware compress it.
+    pub(super) const fn layout(&self) -> vk::ImageLayout {
+        if self.is_depth_stencil() {
+            vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL
+        } else {
+            vk::ImageLayout::GENERAL
+        }
+    }
+
+    pub(super) fn whole(&self) -> vk::ImageSubresourceRange {
+        let aspect = if self.is_depth_stencil() {
+            vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL
+        } else {
+            vk::ImageAspectFlags::COLOR
+        };
+        vk::ImageSubresourceRange::default().aspect_mask(aspect).level_count(1).layer_count(1)
+    }
+}
+
+impl Drop for Image {
+    fn drop(&mut self) {
+        let core = &self.tracked.core;
+        // SAFETY: no recording borrows the image any more, and each is waited for; null views are ignored.
+        unsafe {
+            core.raw.destroy_image_view(self.view, None);
+            core.raw.destroy_image(self.raw, None);
+        }
+        if let Some(allocation) = self.allocation.take() {
+            core.memory.free(allocation);
+        }
+    }
+}

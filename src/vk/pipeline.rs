@@ -1,0 +1,153 @@
+//! Graphics pipelines. Fixed-function state that varies within a pass is dynamic, so that few pipelines do.
+
+use super::descriptor::Bindings;
+use super::device::{Device, DeviceCore, Tracked};
+use super::error;
+use crate::error::Result;
+use ash::vk;
+use std::sync::Arc;
+
+/// What a pipeline is made of.
+#[derive(Clone, Copy)]
+pub struct PipelineDesc<'a> {
+    /// SPIR-V of the vertex stage.
+    pub vertex: &'a [u32],
+    /// SPIR-V of the fragment stage; `None` writes depth and stencil only.
+    pub fragment: Option<&'a [u32]>,
+    /// Formats of the colour attachments.
+    pub colour: &'a [vk::Format],
+    /// Format of the depth and stencil attachment, if there is one.
+    pub depth_stencil: Option<vk::Format>,
+    /// Whether colour is written.
+    pub writes_colour: bool,
+}
+
+/// Depth and stencil state, set while recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DepthStencil {
+    /// How a fragment's depth compares with the image's for the fragment to pass.
+    pub compare: vk::CompareOp,
+    /// Whether passing fragments write their depth.
+    pub write: bool,
+    /// Stencil: compare operation, what passing does, reference; `None` turns it off.
+    pub stencil: Option<(vk::CompareOp, vk::StencilOp, u32)>,
+}
+
+/// A graphics pipeline: triangle lists, vertices pulled by index, no culling (sides are told apart in the shader).
+pub struct Pipeline {
+    pub(super) raw: vk::Pipeline,
+    pub(super) has_depth_stencil: bool,
+    tracked: Tracked,
+}
+
+impl Pipeline {
+    /// Compiles a pipeline over the bindings' layout.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn new(device: &Device, name: &str, bindings: &Bindings, desc: &PipelineDesc<'_>) -> Result<Self> {
+        let core = &device.core;
+        let vertex = Module::new(core, desc.vertex)?;
+        let fragment = desc.fragment.map(|code| Module::new(core, code)).transpose()?;
+        let stages: Vec<_> = std::iter::once(vertex.stage(vk::ShaderStageFlags::VERTEX))
+            .chain(fragment.as_ref().map(|f| f.stage(vk::ShaderStageFlags::FRAGMENT)))
+            .collect();
+        let raw = create(core, &stages, bindings.pipeline_layout, desc, name)?;
+        let has_depth_stencil = desc.depth_stencil.is_some();
+        Ok(Self { raw, has_depth_stencil, tracked: Tracked::new(core, raw, name) })
+    }
+}
+
+impl Drop for Pipeline {
+    fn drop(&mut self) {
+        // SAFETY: no recording uses it any more.
+        unsafe { self.tracked.core.raw.destroy_pipeline(self.raw, None) };
+    }
+}
+
+/// A shader module, needed only while pipelines are made.
+struct Module {
+    raw: vk::ShaderModule,
+    core: Arc<DeviceCore>,
+}
+
+impl Module {
+    fn new(core: &Arc<DeviceCore>, code: &[u32]) -> Result<Self> {
+        let info = vk::ShaderModuleCreateInfo::default().code(code);
+        // SAFETY: `code` is SPIR-V that glslang made and checked at build time.
+        let raw =
+            unsafe { core.raw.create_shader_module(&info, None) }.map_err(|e| error(e, "creating a shader module"))?;
+        Ok(Self { raw, core: Arc::clone(core) })
+    }
+
+    fn stage(&self, stage: vk::ShaderStageFlags) -> vk::PipelineShaderStageCreateInfo<'_> {
+        vk::PipelineShaderStageCreateInfo::default().stage(stage).module(self.raw).name(c"main")
+    }
+}
+
+impl Drop for Module {
+    fn drop(&mut self) {
+        // SAFETY: pipelines keep what they need of their modules.
+        unsafe { self.core.raw.destroy_shader_module(self.raw, None) };
+    }
+}
+
+fn create(
+    core: &DeviceCore,
+    stages: &[vk::PipelineShaderStageCreateInfo<'_>],
+    layout: vk::PipelineLayout,
+    desc: &PipelineDesc<'_>,
+    name: &str,
+) -> Result<vk::Pipeline> {
+    let vertex_input = vk::PipelineVertexInputStateCreateInfo::default();
+    let assembly = vk::PipelineInputAssemblyStateCreateInfo::default().topology(vk::PrimitiveTopology::TRIANGLE_LIST);
+    let viewport = vk::PipelineViewportStateCreateInfo::default().viewport_count(1).scissor_count(1);
+    let raster = vk::PipelineRasterizationStateCreateInfo::default()
+        .polygon_mode(vk::PolygonMode::FILL)
+        .cull_mode(vk::CullModeFlags::NONE)
+        .front_face(vk::FrontFace::COUNTER_CLOCKWISE)
+        .line_width(1.0);
+    let samples = vk::PipelineMultisampleStateCreateInfo::default().rasterization_samples(vk::SampleCountFlags::TYPE_1);
+    let stencil = vk::StencilOpState::default().compare_mask(0xff).write_mask(0xff);
+    let depth = vk::PipelineDepthStencilStateCreateInfo::default()
+        .depth_test_enable(desc.depth_stencil.is_some())
+        .front(stencil)
+        .back(stencil);
+    let mask = if desc.writes_colour { vk::ColorComponentFlags::RGBA } else { vk::ColorComponentFlags::empty() };
+    let attachments = vec![vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask); desc.colour.len()];
+    let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
+    let mut states = vec![vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
+    if desc.depth_stencil.is_some() {
+        states.extend([
+            vk::DynamicState::DEPTH_COMPARE_OP,
+            vk::DynamicState::DEPTH_WRITE_ENABLE,
+            vk::DynamicState::STENCIL_TEST_ENABLE,
+            vk::DynamicState::STENCIL_OP,
+            vk::DynamicState::STENCIL_REFERENCE,
+        ]);
+    }
+    let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&states);
+    let depth_stencil = desc.depth_stencil.unwrap_or_default();
+    let mut rendering = vk::PipelineRenderingCreateInfo::default()
+        .color_attachment_formats(desc.colour)
+        .depth_attachment_format(depth_stencil)
+        .stencil_attachment_format(depth_stencil);
+    let info = vk::GraphicsPipelineCreateInfo::default()
+        .stages(stages)
+        .vertex_input_state(&vertex_input)
+        .input_assembly_state(&assembly)
+        .viewport_state(&viewport)
+        .rasterization_state(&raster)
+        .multisample_state(&samples)
+        .depth_stencil_state(&depth)
+        .color_blend_state(&blend)
+        .dynamic_state(&dynamic)
+        .layout(layout)
+        .push_next(&mut rendering);
+    // SAFETY: modules and layout are alive; everything `info` points to lives in this function.
+    let made = unsafe { core.raw.create_graphics_pipelines(vk::PipelineCache::null(), &[info], None) };
+    made.map_err(|(_, e)| error(e, &format!("creating the pipeline `{name}`")))?
+        .first()
+        .copied()
+        .ok_or_else(|| error(vk::Result::ERROR_UNKNOWN, &format!("creating the pipeline `{name}`")))
+}

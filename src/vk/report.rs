@@ -1,0 +1,215 @@
+//! What each Vulkan device is, what it lacks, and which formats it would use: `penombre info`.
+
+use super::error;
+use super::instance::Instance;
+use crate::error::{Error, Result};
+use ash::vk;
+use serde::Serialize;
+use std::ffi::{CStr, c_char};
+
+/// Face ids.
+pub const ID_FORMAT: vk::Format = vk::Format::R32_UINT;
+/// Colours and luminances: method.md 2's 128-bit pixels.
+pub const COLOUR_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
+/// The displayed picture; the shader encodes sRGB itself.
+pub const DISPLAY_FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;
+/// The combined linear picture.
+pub const LINEAR_FORMAT: vk::Format = vk::Format::R32G32B32A32_SFLOAT;
+/// Depth formats with stencil, best first.
+const DEPTH_FORMATS: [vk::Format; 3] =
+    [vk::Format::D32_SFLOAT_S8_UINT, vk::Format::D24_UNORM_S8_UINT, vk::Format::D16_UNORM_S8_UINT];
+
+/// The formats a device uses, as the Vulkan names without prefix.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Formats {
+    /// Depth and stencil; `None` if the device has none that can be rendered to.
+    pub depth_stencil: Option<String>,
+    /// Face ids.
+    pub id: String,
+    /// k_d, k_s, L_e, D, S.
+    pub colour: String,
+    /// The displayed picture.
+    pub display: String,
+    /// The combined linear picture.
+    pub linear: String,
+}
+
+/// One Vulkan device of this machine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct DeviceReport {
+    /// What `--device INDEX` takes.
+    pub index: usize,
+    /// Name, what `--device NAME` takes a part of.
+    pub name: String,
+    /// discrete, integrated, virtual, cpu or other.
+    pub kind: &'static str,
+    /// Driver and its version.
+    pub driver: String,
+    /// Vulkan version of the device.
+    pub api_version: String,
+    /// Device-local memory, MiB.
+    pub memory_mib: u64,
+    /// Largest single allocation, MiB.
+    pub max_allocation_mib: u64,
+    /// What penombre needs and the device lacks; empty for a usable one.
+    pub missing: Vec<String>,
+    /// Formats it would use.
+    pub formats: Formats,
+}
+
+/// A physical device with its report and what device creation needs to know.
+pub(super) struct Candidate {
+    pub(super) raw: vk::PhysicalDevice,
+    pub(super) report: DeviceReport,
+    /// The family with graphics, and transfer with it.
+    pub(super) queue_family: Option<u32>,
+    /// Depth and stencil format.
+    pub(super) depth_stencil: Option<vk::Format>,
+    /// Nanoseconds a timestamp tick; `None` if the queue has no timestamps.
+    pub(super) timestamp_period_ns: Option<f32>,
+    /// Largest single allocation, bytes.
+    pub(super) max_allocation: u64,
+    /// 0 for the best kind.
+    pub(super) rank: u32,
+}
+
+/// Every Vulkan device, in the loader's order.
+///
+/// # Errors
+/// [`Error::NoDevice`] without a loader or a driver.
+pub fn devices() -> Result<Vec<DeviceReport>> {
+    let instance = Instance::new(false)?;
+    Ok(candidates(&instance)?.into_iter().map(|c| c.report).collect())
+}
+
+pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
+    // SAFETY: a plain query of the instance.
+    let devices = unsafe { instance.raw.enumerate_physical_devices() }.map_err(|e| match e {
+        vk::Result::ERROR_INITIALIZATION_FAILED => no_device(),
+        other => error(other, "listing Vulkan devices"),
+    })?;
+    if devices.is_empty() {
+        return Err(no_device());
+    }
+    Ok(devices.iter().enumerate().map(|(index, &raw)| inspect(instance, index, raw)).collect())
+}
+
+fn no_device() -> Error {
+    Error::NoDevice(
+        "no Vulkan device found; `apt install mesa-vulkan-drivers` on Debian or Ubuntu brings a software one"
+            .to_owned(),
+    )
+}
+
+fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candidate {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut limits = vk::PhysicalDeviceMaintenance3Properties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut limits);
+    // SAFETY: plain queries of a physical device of this instance; a 1.0 driver leaves unknown structs untouched.
+    let (families, memory) = unsafe {
+        instance.raw.get_physical_device_properties2(raw, &mut properties);
+        (
+            instance.raw.get_physical_device_queue_family_properties(raw),
+            instance.raw.get_physical_device_memory_properties(raw),
+        )
+    };
+    let basic = properties.properties;
+    let (kind, rank) = match basic.device_type {
+        vk::PhysicalDeviceType::DISCRETE_GPU => ("discrete", 0),
+        vk::PhysicalDeviceType::INTEGRATED_GPU => ("integrated", 1),
+        vk::PhysicalDeviceType::VIRTUAL_GPU => ("virtual", 2),
+        vk::PhysicalDeviceType::CPU => ("cpu", 3),
+        _ => ("other", 4),
+    };
+    let family = families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::GRAPHICS));
+    let has_timestamps = family.is_some_and(|f| families[f].timestamp_valid_bits > 0);
+    let depth_stencil = DEPTH_FORMATS
+        .into_iter()
+        .find(|&f| supports(instance, raw, f, vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT));
+    let heaps = &memory.memory_heaps[..memory.memory_heap_count as usize];
+    let local: u64 = heaps.iter().filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL)).map(|h| h.size).sum();
+    // 1 GiB is what Vulkan guarantees where the driver says nothing.
+    let max_allocation =
+        if limits.max_memory_allocation_size == 0 { 1 << 30 } else { limits.max_memory_allocation_size };
+    let report = DeviceReport {
+        index,
+        name: text(&basic.device_name),
+        kind,
+        driver: format!("{} {}", text(&driver.driver_name), text(&driver.driver_info)).trim().to_owned(),
+        api_version: version(basic.api_version),
+        memory_mib: local >> 20,
+        max_allocation_mib: max_allocation >> 20,
+        missing: missing(instance, raw, basic.api_version, family.is_some(), depth_stencil.is_some()),
+        formats: formats(depth_stencil),
+    };
+    Candidate {
+        raw,
+        report,
+        queue_family: family.map(|f| f as u32),
+        depth_stencil,
+        timestamp_period_ns: has_timestamps.then_some(basic.limits.timestamp_period),
+        max_allocation,
+        rank,
+    }
+}
+
+fn formats(depth_stencil: Option<vk::Format>) -> Formats {
+    let name = |f: vk::Format| format!("{f:?}");
+    Formats {
+        depth_stencil: depth_stencil.map(name),
+        id: name(ID_FORMAT),
+        colour: name(COLOUR_FORMAT),
+        display: name(DISPLAY_FORMAT),
+        linear: name(LINEAR_FORMAT),
+    }
+}
+
+/// Everything that penombre needs and the device has not, in words.
+fn missing(
+    instance: &Instance,
+    raw: vk::PhysicalDevice,
+    api_version: u32,
+    has_graphics: bool,
+    has_depth_stencil: bool,
+) -> Vec<String> {
+    let mut missing = Vec::new();
+    let mut need = |there: bool, what: &str| {
+        if !there {
+            missing.push(what.to_owned());
+        }
+    };
+    need(api_version >= vk::API_VERSION_1_3, "Vulkan 1.3");
+    need(has_graphics, "a graphics queue");
+    need(has_depth_stencil, "a depth format with stencil (D32S8, D24S8 or D16S8)");
+    if api_version >= vk::API_VERSION_1_3 {
+        let mut v12 = vk::PhysicalDeviceVulkan12Features::default();
+        let mut v13 = vk::PhysicalDeviceVulkan13Features::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default().push_next(&mut v12).push_next(&mut v13);
+        // SAFETY: a plain query; both structs are core in 1.3.
+        unsafe { instance.raw.get_physical_device_features2(raw, &mut features) };
+        need(v12.buffer_device_address == vk::TRUE, "the feature bufferDeviceAddress");
+        need(v12.scalar_block_layout == vk::TRUE, "the feature scalarBlockLayout");
+        need(v13.dynamic_rendering == vk::TRUE, "the feature dynamicRendering");
+        need(v13.synchronization2 == vk::TRUE, "the feature synchronization2");
+    }
+    for format in [ID_FORMAT, COLOUR_FORMAT, DISPLAY_FORMAT, LINEAR_FORMAT] {
+        let flags = vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::SAMPLED_IMAGE;
+        need(supports(instance, raw, format, flags), &format!("rendering to {format:?} images"));
+    }
+    missing
+}
+
+fn supports(instance: &Instance, raw: vk::PhysicalDevice, format: vk::Format, flags: vk::FormatFeatureFlags) -> bool {
+    // SAFETY: a plain query of a physical device of this instance.
+    let properties = unsafe { instance.raw.get_physical_device_format_properties(raw, format) };
+    properties.optimal_tiling_features.contains(flags)
+}
+
+fn text(chars: &[c_char]) -> String {
+    let bytes: &[u8] = bytemuck::cast_slice(chars);
+    CStr::from_bytes_until_nul(bytes).map(|s| s.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+fn version(v: u32) -> String {
+    format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v))
+}

@@ -1,0 +1,151 @@
+//! What was typed: every option reaches its field, every mistake is a message.
+
+use clap::{CommandFactory as _, Parser as _};
+use penombre::cli::args::{Cli, Command, PixelFilter, ReferenceArgs, RenderArgs, UpdateMode};
+use penombre::scene::ToneMapping;
+use penombre::scene::camera::ImageSize;
+use std::path::PathBuf;
+use std::time::Duration;
+
+fn parse(line: &str) -> Result<Command, clap::Error> {
+    let words = std::iter::once("penombre").chain(line.split_whitespace());
+    Cli::try_parse_from(words).map(|cli| cli.command)
+}
+
+fn render(line: &str) -> RenderArgs {
+    match parse(&format!("render {line}")) {
+        Ok(Command::Render(args)) => args,
+        other => panic!("{line}: {other:?}"),
+    }
+}
+
+fn reference(line: &str) -> ReferenceArgs {
+    match parse(&format!("reference {line}")) {
+        Ok(Command::Reference(args)) => args,
+        other => panic!("{line}: {other:?}"),
+    }
+}
+
+fn refused(line: &str) -> String {
+    let error = parse(line).err().unwrap_or_else(|| panic!("{line}: accepted"));
+    assert_eq!(error.exit_code(), 2, "{line}");
+    error.to_string()
+}
+
+#[test]
+fn the_definition_is_sound() {
+    Cli::command().debug_assert();
+}
+
+#[test]
+fn render_needs_a_scene_and_an_output_only() {
+    let args = render("scene.toml -o a.exr");
+    assert_eq!(args.scene.path, PathBuf::from("scene.toml"));
+    assert_eq!(args.scene.size, ImageSize { width: 1024, height: 768 });
+    assert_eq!(args.output.paths, [PathBuf::from("a.exr")]);
+    assert_eq!((args.output.exposure, args.output.tone_mapping), (None, None), "the scene's");
+    assert_eq!((args.update, args.aa, args.refresh), (UpdateMode::Stencil, 1, Duration::from_millis(40)));
+    assert_eq!((args.engine.threads, args.engine.seed, args.engine.deterministic), (None, 0, false));
+    assert!(args.budget.time.is_none() && args.budget.frames.is_none() && args.log.is_none());
+    assert!(refused("render -o a.exr").contains("SCENE"));
+    assert!(refused("render a.obj").contains("OUT"));
+}
+
+#[test]
+fn every_option_of_render_reaches_its_field() {
+    let args = render(
+        "s.obj -o a.exr -o b.PNG --size 640x480 --camera desk --device llvm --threads 2 --seed 7 --update id \
+         --log f.csv --reference r.exr --exposure -1.5 --tone-mapping pbr-neutral --aa 16 --refresh 20 -v \
+         --time 2.5 --frames 3 --rays 4 --error 0.05",
+    );
+    assert_eq!(args.output.paths, ["a.exr", "b.PNG"].map(PathBuf::from));
+    assert_eq!(args.scene.size, ImageSize { width: 640, height: 480 });
+    assert_eq!(args.scene.camera.as_deref(), Some("desk"));
+    assert_eq!(args.device.device.as_deref(), Some("llvm"));
+    assert_eq!((args.engine.threads, args.engine.seed), (Some(2), 7));
+    assert_eq!(args.update, UpdateMode::Id);
+    assert_eq!((args.log, args.reference), (Some("f.csv".into()), Some("r.exr".into())));
+    assert_eq!((args.output.exposure, args.output.tone_mapping), (Some(-1.5), Some(ToneMapping::PbrNeutral)));
+    assert_eq!((args.aa, args.refresh), (16, Duration::from_millis(20)));
+    assert!(args.verbosity.verbose && !args.verbosity.quiet);
+    assert_eq!(args.budget.time, Some(Duration::from_millis(2500)));
+    assert_eq!((args.budget.frames, args.budget.rays, args.budget.error), (Some(3), Some(4), Some(0.05)));
+    assert!(render("s.obj -o a.exr --deterministic -q").engine.deterministic);
+}
+
+#[test]
+fn tone_mapping_takes_every_name_of_the_scene_file() {
+    for (name, operator) in ToneMapping::NAMES {
+        let args = render(&format!("s.obj -o a.png --tone-mapping {name}"));
+        assert_eq!(args.output.tone_mapping, Some(operator));
+    }
+}
+
+#[test]
+fn mistakes_are_refused_with_the_option_and_what_would_be_right() {
+    for (options, message) in [
+        ("--size 640", "1024x768"),
+        ("--size 0x1", "from 1 to 16384"),
+        ("--threads 0", "1..=256"),
+        ("--threads 257", "1..=256"),
+        ("--aa 0", "1..=1024"),
+        ("--seed -1", "--seed"),
+        ("--time 0", "more than 0"),
+        ("--time -1", "more than 0"),
+        ("--time nan", "more than 0"),
+        ("--frames 0", "--frames"),
+        ("--error inf", "more than 0"),
+        ("--exposure 1e9", "-64 to 64"),
+        ("--tone-mapping filmic", "agx"),
+        ("--update ids", "stencil"),
+        ("--log frames.txt", ".csv"),
+        ("--reference r.exr", "--log"),
+        ("--deterministic --time 1", "--deterministic"),
+        ("-v -q", "--quiet"),
+        ("-o b.jpg", ".png"),
+        ("--contrast 0.1", "--contrast"),
+    ] {
+        let text = refused(&format!("render s.obj -o a.exr {options}"));
+        assert!(text.contains(message), "{options}: {text}");
+    }
+}
+
+#[test]
+fn commands_that_do_not_exist_are_usage_errors() {
+    for command in ["view", "compare", "diff", "bake", "bench", "rendre"] {
+        let text = refused(&format!("{command} a b"));
+        assert!(text.contains("unrecognized subcommand"), "{text}");
+    }
+    assert!(refused("").contains("Usage"));
+}
+
+#[test]
+fn reference_traces_direct_light_only_for_now() {
+    let args = reference("s.toml -o r.exr --direct-only --spp 64 --filter point --threads 3 --seed 5 --size 8x4");
+    args.validate().expect("direct light is there");
+    assert_eq!((args.spp, args.filter, args.threads, args.seed), (Some(64), PixelFilter::Point, Some(3), 5));
+    assert_eq!(args.max_spp(), 64);
+
+    let args = reference("s.toml -o r.exr");
+    assert_eq!((args.filter, args.max_spp()), (PixelFilter::Box, 256));
+    let error = args.validate().expect_err("not there yet");
+    assert_eq!(error.exit_status(), 2);
+    assert!(error.to_string().contains("--direct-only"));
+
+    assert_eq!(reference("s.toml -o r.exr --time 5").max_spp(), u32::MAX);
+    assert!(refused("reference s.toml -o r.png").contains(".exr"));
+    assert!(refused("reference s.toml -o r.exr --spp 0").contains("--spp"));
+}
+
+#[test]
+fn image_options_hold_what_makes_the_image_and_nothing_else() {
+    let one = render("a/s.toml -o x.exr --threads 1 --size 8x4 --seed 3 --camera c --frames 9 --deterministic");
+    let two = render("b/s.toml -o y.exr -o z.png --threads 2 --size 8x4 --seed 3 --camera c --frames 9 --log l.csv");
+    assert_eq!(one.image_options(), two.image_options());
+    assert_eq!(
+        one.image_options(),
+        "penombre render s.toml --size 8x4 --camera c --seed 3 --update stencil --aa 1 --frames 9"
+    );
+    let args = reference("s.toml -o r.exr --direct-only --size 8x4 --time 3 --threads 2");
+    assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --direct-only --filter box");
+}

@@ -1,0 +1,201 @@
+//! Holds the house rules that the compiler does not: which room may use which, and how long a file may be.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What each room of `src` may name with `crate::`, besides itself. `refine::update` is a part of a room.
+///
+/// This is `math ← scene ← geom ← shade ← estimate ← cache ← refine` and `vk ← pass ← app`: the engine knows no
+/// Vulkan, the passes know the engine's updates only. The yardstick `reference` shares no cache with what it measures.
+const MAY_USE: &[(&str, &[&str])] = &[
+    ("math", &[]),
+    ("error", &["scene"]),
+    ("scene", &["math", "error"]),
+    ("geom", &["math", "error", "scene"]),
+    ("shade", &["math", "error", "scene", "geom"]),
+    ("estimate", &["math", "error", "scene", "geom", "shade"]),
+    ("cache", &["math", "error", "scene", "geom", "shade", "estimate"]),
+    ("refine", &["math", "error", "scene", "geom", "shade", "estimate", "cache"]),
+    ("reference", &["math", "error", "scene", "geom", "shade", "image"]),
+    ("image", &["math", "error", "scene"]),
+    ("log", &["math", "error", "scene", "image", "refine::update"]),
+    ("vk", &["math", "error"]),
+    ("pass", &["math", "error", "scene", "vk", "image", "log", "refine::update"]),
+];
+
+/// The rooms that put the others together; they may use all of them.
+const MAY_USE_ALL: &[&str] = &["lib", "main", "cli", "app"];
+
+/// Crates that only some places may name: the crate, and the rooms or files that may.
+const CRATES: &[(&str, &[&str])] =
+    &[("obvhs", &["src/geom/bvh.rs"]), ("ash", &["src/vk/", "src/pass/", "src/app/"]), ("gpu_allocator", &["src/vk/"])];
+
+/// The longest a file of code or shaders may be.
+const MAX_LINES: usize = 500;
+
+#[test]
+fn dependencies_point_one_way() {
+    let faults: Vec<String> = sources("src", "rs")
+        .iter()
+        .flat_map(|file| room_faults(&slashes(file), &fs::read_to_string(file).unwrap()))
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn crates_stay_in_their_rooms() {
+    let faults: Vec<String> = sources("src", "rs")
+        .iter()
+        .flat_map(|file| crate_faults(&slashes(file), &fs::read_to_string(file).unwrap()))
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn files_are_short_enough_to_read() {
+    let mut files = vec![root().join("build.rs")];
+    files.extend(sources("src", "rs"));
+    files.extend(sources("tests", "rs"));
+    files.extend(sources("scenes", "rs"));
+    for extension in ["vert", "frag", "comp", "glsl"] {
+        files.extend(sources("glsl", extension));
+    }
+    let long: Vec<String> = files
+        .iter()
+        .map(|file| (file, fs::read_to_string(file).unwrap().lines().count()))
+        .filter(|&(_, lines)| lines > MAX_LINES)
+        .map(|(file, lines)| format!("{}: {lines} lines, at most {MAX_LINES}", slashes(file)))
+        .collect();
+    assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+#[test]
+fn the_rules_can_be_broken() {
+    let faults = |file: &str, text: &str| room_faults(file, text).len() + crate_faults(file, text).len();
+    assert_eq!(faults("src/geom/mod.rs", "use crate::scene::{FaceId, TriangleId};\nuse crate::math;"), 0);
+    assert_eq!(faults("src/geom/mod.rs", "use crate::{scene::Scene, cache::{Cache, pool::Pool}};"), 2);
+    assert_eq!(faults("src/pass/frame.rs", "use crate::refine::update::Update;"), 0);
+    assert_eq!(faults("src/pass/frame.rs", "use crate::refine::{update::Update, engine::Engine};"), 1);
+    assert_eq!(faults("src/cache/vertex.rs", "fn f() { crate::vk::buffer::new(); }"), 1);
+    assert_eq!(faults("src/cache/vertex.rs", "// see crate::vk\n/// [`crate::pass`]"), 0);
+    assert_eq!(faults("src/cache/vertex.rs", "use ash::vk; fn f() { hash::ash(); }"), 1);
+    assert_eq!(faults("src/geom/ray.rs", "let tree = obvhs::cwbvh::build();"), 1);
+    assert_eq!(faults("src/geom/bvh.rs", "let tree = obvhs::cwbvh::build();"), 0);
+    assert_eq!(faults("src/attic/mod.rs", "use crate::math;"), 1);
+    assert_eq!(faults("src/cli/render.rs", "use crate::{pass, refine};"), 0);
+}
+
+/// The uses of other rooms in one file that its own room may not make.
+fn room_faults(file: &str, text: &str) -> Vec<String> {
+    let room = room_of(file);
+    if MAY_USE_ALL.contains(&room) {
+        return Vec::new();
+    }
+    let Some((_, allowed)) = MAY_USE.iter().find(|(name, _)| *name == room) else {
+        return vec![format!("{file}: room `{room}` has no rule; add it to MAY_USE in tests/layers.rs")];
+    };
+    let permits = |used: &str| {
+        let inside = |outer: &str| used == outer || used.starts_with(&format!("{outer}::"));
+        inside(room) || allowed.iter().any(|outer| inside(outer))
+    };
+    let used = used_rooms(&without_comments(text));
+    used.iter().filter(|used| !permits(used)).map(|used| format!("{file}: `{room}` may not use `{used}`")).collect()
+}
+
+/// The crates that one file names and may not.
+fn crate_faults(file: &str, text: &str) -> Vec<String> {
+    let code = without_comments(text);
+    let names = |krate: &str| {
+        code.match_indices(&format!("{krate}::")).any(|(at, _)| {
+            let before = code[..at].chars().next_back();
+            before.is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != ':')
+        })
+    };
+    CRATES
+        .iter()
+        .filter(|(krate, places)| names(krate) && !places.iter().any(|place| file.starts_with(place)))
+        .map(|(krate, places)| format!("{file}: only {} may name `{krate}`", places.join(", ")))
+        .collect()
+}
+
+/// The first two names of every path that starts with `crate::`, groups in braces taken apart.
+fn used_rooms(code: &str) -> Vec<String> {
+    code.match_indices("crate::")
+        // `$crate::` of a macro counts too; a longer name such as `my_crate::` does not.
+        .filter(|(at, _)| code[..*at].chars().next_back().is_none_or(|c| !c.is_alphanumeric() && c != '_'))
+        .flat_map(|(at, path)| branches(&code[at + path.len()..], 2))
+        .collect()
+}
+
+/// The beginnings, `depth` names long, of the paths that a use tree stands for.
+fn branches(tree: &str, depth: usize) -> Vec<String> {
+    let tree = tree.trim_start();
+    if let Some(group) = tree.strip_prefix('{') {
+        return group_items(group).iter().flat_map(|item| branches(item, depth)).collect();
+    }
+    let end = tree.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(tree.len());
+    let (name, rest) = tree.split_at(end);
+    match rest.strip_prefix("::") {
+        Some(rest) if depth > 1 => branches(rest, depth - 1).iter().map(|branch| format!("{name}::{branch}")).collect(),
+        _ => vec![name.to_owned()],
+    }
+}
+
+/// The items of a group, without its opening brace, up to the closing one.
+fn group_items(group: &str) -> Vec<&str> {
+    let mut items = Vec::new();
+    let (mut level, mut start) = (0, 0);
+    for (at, c) in group.char_indices() {
+        match c {
+            '{' => level += 1,
+            '}' if level > 0 => level -= 1,
+            ',' | '}' if level == 0 => {
+                items.push(group[start..at].trim());
+                start = at + 1;
+                if c == '}' {
+                    break;
+                }
+            }
+            _ => {}
+        }
+    }
+    items.retain(|item| !item.is_empty());
+    items
+}
+
+fn without_comments(text: &str) -> String {
+    text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+}
+
+/// The room of `src/geom/bvh.rs` is `geom`, that of `src/error.rs` is `error`.
+fn room_of(file: &str) -> &str {
+    let inside = file.strip_prefix("src/").unwrap_or(file);
+    inside.split('/').next().unwrap_or(inside).trim_end_matches(".rs")
+}
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every file with an extension under a folder of the repository; none when the folder is not there.
+fn sources(folder: &str, extension: &str) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut folders = vec![root().join(folder)];
+    while let Some(folder) = folders.pop() {
+        let Ok(entries) = fs::read_dir(&folder) else { continue };
+        for path in entries.flatten().map(|entry| entry.path()) {
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == extension) {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+/// A path relative to the repository, with forward slashes.
+fn slashes(path: &Path) -> String {
+    path.strip_prefix(root()).unwrap_or(path).to_string_lossy().replace('\\', "/")
+}
