@@ -2,6 +2,7 @@
 
 use super::values;
 use crate::error::{Error, Result};
+use crate::pass::UpdateMode;
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -60,7 +61,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub verbosity: VerbosityArgs,
     /// How changed lighting is redrawn
-    #[arg(long, value_enum, value_name = "MODE", default_value_t = UpdateMode::Stencil)]
+    #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode())]
     pub update: UpdateMode,
     /// Redraw the written image N times with sub-pixel offsets and average
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
@@ -156,26 +157,6 @@ pub struct VerbosityArgs {
     pub quiet: bool,
 }
 
-/// How a change of lighting reaches the luminance image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum UpdateMode {
-    /// Redraw changed patches where the stencil marks what they drew last
-    Stencil,
-    /// Redraw changed patches where the face-id image names their face
-    Id,
-}
-
-impl UpdateMode {
-    /// The name used on the command line and in reports.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stencil => "stencil",
-            Self::Id => "id",
-        }
-    }
-}
-
 /// Options of `reference`.
 #[derive(Args, Debug)]
 pub struct ReferenceArgs {
@@ -220,9 +201,6 @@ pub enum PixelFilter {
 /// Options of `info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
-    /// The Vulkan device.
-    #[command(flatten)]
-    pub device: DeviceArgs,
     /// As JSON
     #[arg(long)]
     pub json: bool,

@@ -83,7 +83,6 @@ fn read_reference(path: &Path, args: &RenderArgs) -> Result<RgbImage> {
 
 /// The GPU side, opened while the scene loads.
 struct Gpu {
-    device: Arc<Device>,
     renderer: Renderer,
     device_seconds: f64,
     pipeline_seconds: f64,
@@ -95,9 +94,9 @@ fn open_gpu(args: &RenderArgs) -> Result<JoinHandle<Result<Gpu>>> {
         let start = Instant::now();
         let device = Device::new(&options)?;
         let device_seconds = start.elapsed().as_secs_f64();
-        let renderer = Renderer::new(Arc::clone(&device))?;
+        let renderer = Renderer::new(device)?;
         let pipeline_seconds = start.elapsed().as_secs_f64() - device_seconds;
-        Ok(Gpu { device, renderer, device_seconds, pipeline_seconds })
+        Ok(Gpu { renderer, device_seconds, pipeline_seconds })
     })
 }
 
@@ -184,9 +183,10 @@ fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> 
 
 /// Writes the run summary beside the log and says what was done.
 fn finish(args: &RenderArgs, mut summary: Summary, gpu: &Gpu, ended: &Ended, start: Instant) -> Result<()> {
-    summary.device = gpu.device.name().to_owned();
-    summary.driver = gpu.device.driver();
-    summary.formats = gpu.device.formats();
+    let device = gpu.renderer.device().report();
+    summary.device.clone_from(&device.name);
+    summary.driver.clone_from(&device.driver);
+    summary.formats = Some(device.formats.clone());
     summary.seed = args.engine.seed;
     summary.threads = thread_count(args.engine.threads);
     summary.size = [args.scene.size.width, args.scene.size.height];

@@ -11,6 +11,7 @@ use crate::pass::{FrameOptions, FrameStats, Renderer};
 use crate::refine::thread::EngineThread;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::Display;
+use glam::Vec3;
 use std::time::{Duration, Instant};
 
 /// Work of a frame under `--deterministic`, rays.
@@ -155,7 +156,7 @@ impl Session<'_> {
             colour: moved,
             full_luminance: moved,
             combine: combine.then_some(self.display),
-            update_mode: self.args.update.into(),
+            update_mode: self.args.update,
         };
         let passes = self.renderer.frame(&options)?;
         let now = Instant::now();
@@ -180,7 +181,9 @@ impl Session<'_> {
             camera_moved: moved,
             passes: pass_record(passes),
             engine: run.stats,
-            memory_mib: Some((run.stats.cache_bytes + self.renderer.memory_bytes()) as f64 / f64::from(1 << 20)),
+            memory_mib: Some(
+                (run.stats.cache_bytes + self.renderer.device().memory_bytes()) as f64 / f64::from(1 << 20),
+            ),
             error,
         })
     }
@@ -220,9 +223,9 @@ fn pass_record(passes: &FrameStats) -> PassRecord {
         luminance: time(passes.luminance_ms),
         combine: time(passes.combine_ms),
         readback: time(passes.readback_ms),
-        dirty_parents: Some(passes.patches),
-        children_drawn: Some(passes.leaves_drawn),
-        queries: Some(passes.queries),
+        dirty_parents: Some(passes.patches.into()),
+        children_drawn: Some(passes.leaves_drawn.into()),
+        queries: Some(passes.queries.into()),
         query_pixels: Some(passes.query_pixels),
     }
 }
@@ -230,7 +233,7 @@ fn pass_record(passes: &FrameStats) -> PassRecord {
 /// Error of the image as it stands, over the pixels that the reference's mask lets count.
 fn error_against(reference: &RgbImage, renderer: &mut Renderer) -> Result<FrameError> {
     let layers = renderer.read_layers()?;
-    let image: Vec<_> = layers.combined.iter().map(|p| p.truncate()).collect();
+    let image: Vec<Vec3> = layers.combined.iter().map(|&[r, g, b, _]| Vec3::new(r, g, b)).collect();
     let metrics = compare(&image, &reference.rgb, reference.mask.as_deref(), Epsilon::default())
         .ok_or_else(|| Error::Usage("--reference: no pixel left to compare".to_owned()))?;
     Ok(FrameError { rmse: metrics.rmse, relmse: metrics.relmse })

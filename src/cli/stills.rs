@@ -7,7 +7,7 @@ use crate::image::{FileFormat, png};
 use crate::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use crate::scene::Display;
 use crate::scene::camera::{Camera, View};
-use glam::{Vec2, Vec4};
+use glam::{Vec2, Vec3, Vec4};
 use std::path::Path;
 
 /// A finished image with its layers.
@@ -26,11 +26,11 @@ pub struct Still<'a> {
 pub fn take<'a>(renderer: &mut Renderer, view: &'a View, display: Display, aa: u32) -> Result<Still<'a>> {
     if aa == 1 {
         let layers = renderer.read_layers()?;
-        return Ok(Still { view, display, combined: layers.combined.clone(), layers });
+        return Ok(Still { view, display, combined: combined(&layers), layers });
     }
     let mut film = Film::new(view.size);
     for offset in jitter(aa) {
-        film.add(&redraw(renderer, view, display, offset)?.combined);
+        film.add(&combined(&redraw(renderer, view, display, offset)?));
     }
     let layers = redraw(renderer, view, display, Vec2::ZERO)?;
     Ok(Still { view, display, combined: film.mean(), layers })
@@ -42,6 +42,10 @@ fn redraw(renderer: &mut Renderer, view: &View, display: Display, offset: Vec2) 
     let update_mode = UpdateMode::Id;
     renderer.frame(&FrameOptions { colour: true, full_luminance: true, combine: Some(display), update_mode })?;
     renderer.read_layers()
+}
+
+fn combined(layers: &Layers) -> Vec<Vec4> {
+    layers.combined.iter().copied().map(Vec4::from_array).collect()
 }
 
 impl Still<'_> {
@@ -58,16 +62,19 @@ impl Still<'_> {
     }
 
     fn write_exr(&self, path: &Path, comments: &str, camera: Camera) -> Result<Option<String>> {
+        let vectors = |pixels: &[[f32; 3]]| pixels.iter().copied().map(Vec3::from_array).collect::<Vec<Vec3>>();
         let Layers { kd, ks, d, s, le, face_id, .. } = &self.layers;
+        let [kd, ks, diffuse, specular, emitted] = [kd, ks, d, s, le].map(|layer| vectors(layer));
+        // Nothing is split yet: every visible face is a base face.
         let level = vec![0; face_id.len()];
         let layers = RenderLayers {
             size: self.view.size,
             combined: &self.combined,
-            kd,
-            ks,
-            diffuse: d,
-            specular: s,
-            emitted: le,
+            kd: &kd,
+            ks: &ks,
+            diffuse: &diffuse,
+            specular: &specular,
+            emitted: &emitted,
             face_id,
             level: &level,
         };

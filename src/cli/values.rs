@@ -2,6 +2,7 @@
 
 use crate::image::FileFormat;
 use crate::image::exr::MAX_SIDE;
+use crate::pass::UpdateMode;
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -77,6 +78,14 @@ pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
     PossibleValuesParser::new(ToneMapping::NAMES.map(|(name, _)| name)).try_map(|name| {
         let found = ToneMapping::NAMES.into_iter().find(|(n, _)| *n == name);
         found.map(|(_, operator)| operator).ok_or("unknown operator")
+    })
+}
+
+/// An update mode by name.
+pub fn update_mode() -> impl TypedValueParser<Value = UpdateMode> {
+    PossibleValuesParser::new(UpdateMode::NAMES.map(|(name, _)| name)).try_map(|name| {
+        let found = UpdateMode::NAMES.into_iter().find(|(n, _)| *n == name);
+        found.map(|(_, mode)| mode).ok_or("unknown mode")
     })
 }
 

@@ -22,6 +22,15 @@ pub enum UpdateMode {
 impl UpdateMode {
     /// All modes with the names that options use.
     pub const NAMES: [(&'static str, Self); 2] = [("stencil", Self::Stencil), ("id", Self::Id)];
+
+    /// The name that options and reports use.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stencil => "stencil",
+            Self::Id => "id",
+        }
+    }
 }
 
 /// What a frame does.
