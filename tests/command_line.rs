@@ -3,8 +3,8 @@
 use clap::{CommandFactory as _, Parser as _};
 use penombre::cli::args::{Cli, Command, PixelFilter, ReferenceArgs, RenderArgs};
 use penombre::pass::UpdateMode;
-use penombre::scene::ToneMapping;
 use penombre::scene::camera::ImageSize;
+use penombre::scene::{Display, ToneMapping};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -136,6 +136,27 @@ fn reference_traces_direct_light_only_for_now() {
     assert_eq!(reference("s.toml -o r.exr --time 5").max_spp(), u32::MAX);
     assert!(refused("reference s.toml -o r.png").contains(".exr"));
     assert!(refused("reference s.toml -o r.exr --spp 0").contains("--spp"));
+}
+
+#[test]
+fn outputs_are_checked_before_any_work() {
+    let folder = tempfile::tempdir().expect("folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let check = |line: String| render(&line).check_outputs().map_err(|e| e.to_string());
+    assert_eq!(check(format!("s.obj -o {} -o {} --log {}", at("a.exr"), at("a.png"), at("a.csv"))), Ok(()));
+    let refused = check(format!("s.obj -o {} --log {}", at("a.exr"), at("no/a.csv"))).expect_err("no folder");
+    assert_eq!(refused.lines().count(), 2, "the log and its summary: {refused}");
+    let options = format!("s.obj -o {} --log {} --reference {}", at("r.exr"), at("a.csv"), at("./r.exr"));
+    assert!(check(options).expect_err("replaced").contains("both the reference and an output"));
+    assert!(reference(&format!("s.obj -o {}", at("no/r.exr"))).check_outputs().is_err());
+}
+
+#[test]
+fn display_is_as_asked_or_as_the_scene_says() {
+    let scene = Display { exposure: 2.0, tone_mapping: ToneMapping::Agx };
+    assert_eq!(render("s.obj -o a.png").output.display(&scene), scene);
+    let asked = render("s.obj -o a.png --exposure -1 --tone-mapping clamp").output.display(&scene);
+    assert_eq!(asked, Display { exposure: -1.0, tone_mapping: ToneMapping::Clamp });
 }
 
 #[test]

@@ -2,11 +2,13 @@
 
 use super::values;
 use crate::error::{Error, Result};
+use crate::image::atomic;
+use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
-use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
+use crate::scene::{Display, ToneMapping};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Heading of the options about drawing.
@@ -112,6 +114,17 @@ pub struct OutputArgs {
     /// Tone-mapping operator [default: the scene's, or aces]
     #[arg(long, value_name = "OPERATOR", value_parser = values::tone_mapping())]
     pub tone_mapping: Option<ToneMapping>,
+}
+
+impl OutputArgs {
+    /// How the image is displayed: as asked, else as the scene says.
+    #[must_use]
+    pub fn display(&self, scene: &Display) -> Display {
+        Display {
+            exposure: self.exposure.unwrap_or(scene.exposure),
+            tone_mapping: self.tone_mapping.unwrap_or(scene.tone_mapping),
+        }
+    }
 }
 
 /// When to stop: at the first limit reached, or when nothing is left to improve.
@@ -236,6 +249,28 @@ impl SceneArgs {
 }
 
 impl RenderArgs {
+    /// Every file that the command writes: images, frame log, summary.
+    fn written(&self) -> Vec<PathBuf> {
+        let log = self.log.iter().flat_map(|log| [log.clone(), Summary::path_beside(log)]);
+        self.output.paths.iter().cloned().chain(log).collect()
+    }
+
+    /// Checks before any work that all files can be written and that none would replace the reference.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that lists every fault.
+    pub fn check_outputs(&self) -> Result<()> {
+        let written = self.written();
+        let paths: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
+        atomic::check_writable(&paths)?;
+        match &self.reference {
+            Some(reference) if paths.iter().any(|p| atomic::is_same_file(p, reference)) => {
+                Err(Error::Usage(format!("{}: is both the reference and an output", reference.display())))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The options that determine the image, for its EXR attributes.
     #[must_use]
     pub fn image_options(&self) -> String {
@@ -263,6 +298,14 @@ impl ReferenceArgs {
             PixelFilter::Box => "box",
         };
         self.scene.image_options("reference", self.seed) + &format!(" --direct-only --filter {filter}")
+    }
+
+    /// Checks before any work that the file can be written.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] saying why not.
+    pub fn check_outputs(&self) -> Result<()> {
+        atomic::check_writable(&[&self.output])
     }
 
     /// Samples a pixel at most.

@@ -7,7 +7,7 @@ use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::image::exr::{RgbImage, read_rgb};
-use crate::image::{atomic, film};
+use crate::image::film;
 use crate::log::summary::Summary;
 use crate::pass::Renderer;
 use crate::refine::engine::{Engine, Visible};
@@ -27,8 +27,7 @@ use std::time::Instant;
 /// # Errors
 /// Bad input, no usable device, a lost device, or an output that cannot be written.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
-    let outputs: Vec<&Path> = args.output.paths.iter().chain(&args.log).map(|p| &**p).collect();
-    atomic::check_writable(&outputs)?;
+    args.check_outputs()?;
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
     let gpu = open_gpu(args)?;
     let loading = Instant::now();
@@ -37,7 +36,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     summary.times.load = Some(loading.elapsed().as_secs_f64());
     summary.warnings = report.faults.iter().map(ToString::to_string).collect();
     let camera = scene::camera(&scene, args.scene.camera.as_deref())?;
-    let display = scene::display(&scene, args.output.exposure, args.output.tone_mapping);
+    let display = args.output.display(&scene.display);
     let scene = Arc::new(scene);
     let hierarchy = build_hierarchy(&scene)?;
     let mut gpu = join(gpu)??;

@@ -32,7 +32,8 @@ impl Case {
             let hi = DVec3::new(x + BOARD, self.height, front);
             block(obj, &OAK, [DVec3::new(x, 0.0, 0.0), hi], 0.5, side::BIT[0] | side::BIT[1] | side::BIT[5]);
         }
-        let cornice = [DVec3::new(-0.05, self.height, 0.0), DVec3::new(self.width + 0.05, self.height + 0.09, front + 0.06)];
+        let cornice =
+            [DVec3::new(-0.05, self.height, 0.0), DVec3::new(self.width + 0.05, self.height + 0.09, front + 0.06)];
         block(obj, &OAK, cornice, 0.4, side::ALL & !side::BIT[4]);
         let back = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(self.width, self.height, 0.01)];
         block(obj, &OAK, back, 0.5, side::BIT[5]);

@@ -3,7 +3,8 @@
 use super::books;
 use super::obj::Obj;
 use super::paint::{
-    BRASS, DARK_OAK, FRINGE, GLAZE, GLOBE, IRON, LEAF, OAK, PAGE_EDGE, PAGES, Paint, RATTAN, RUG, SHADE, SOIL, STEM, TERRACOTTA, VELVET,
+    BRASS, DARK_OAK, FRINGE, GLAZE, GLOBE, IRON, LEAF, OAK, PAGE_EDGE, PAGES, Paint, RATTAN, RUG, SHADE, SOIL, STEM,
+    TERRACOTTA, VELVET,
 };
 use super::rng::Rng;
 use super::shapes::{block, hoop, lathe, linspace, rod, side, standing, surface, tube};
@@ -23,8 +24,23 @@ pub fn placed(position: DVec3, degrees: f64) -> DAffine3 {
 pub fn table(obj: &mut Obj, length: f64) {
     let (w, l) = (0.55, length * 0.5);
     block(obj, &OAK, [DVec3::new(-w, TABLE - 0.05, -l), DVec3::new(w, TABLE, l)], 0.14, side::ALL);
-    block(obj, &OAK, [DVec3::new(-w + 0.1, TABLE - 0.15, -l + 0.1), DVec3::new(w - 0.1, TABLE - 0.05, l - 0.1)], 0.4, side::ALL & !side::BIT[3]);
-    let leg = [(0.045, 0.0), (0.05, 0.05), (0.03, 0.09), (0.05, 0.2), (0.062, 0.36), (0.04, 0.5), (0.055, 0.55), (0.055, 0.62)];
+    block(
+        obj,
+        &OAK,
+        [DVec3::new(-w + 0.1, TABLE - 0.15, -l + 0.1), DVec3::new(w - 0.1, TABLE - 0.05, l - 0.1)],
+        0.4,
+        side::ALL & !side::BIT[3],
+    );
+    let leg = [
+        (0.045, 0.0),
+        (0.05, 0.05),
+        (0.03, 0.09),
+        (0.05, 0.2),
+        (0.062, 0.36),
+        (0.04, 0.5),
+        (0.055, 0.55),
+        (0.055, 0.62),
+    ];
     for x in [-w + 0.14, w - 0.14] {
         for z in [-l + 0.14, l - 0.14] {
             obj.offset(DVec3::new(x, 0.0, z), |obj| lathe(obj, &DARK_OAK, &leg, 12));
@@ -50,10 +66,33 @@ pub fn chair(obj: &mut Obj) {
 
 /// A banker's lamp without its bulb, which belongs at (0, 0.36, 0).
 pub fn desk_lamp(obj: &mut Obj) {
-    let stand = [(0.09, 0.0), (0.092, 0.012), (0.05, 0.025), (0.014, 0.04), (0.012, 0.14), (0.02, 0.16), (0.012, 0.18), (0.01, 0.3), (0.022, 0.305), (0.022, 0.325), (0.0, 0.325)];
+    let stand = [
+        (0.09, 0.0),
+        (0.092, 0.012),
+        (0.05, 0.025),
+        (0.014, 0.04),
+        (0.012, 0.14),
+        (0.02, 0.16),
+        (0.012, 0.18),
+        (0.01, 0.3),
+        (0.022, 0.305),
+        (0.022, 0.325),
+        (0.0, 0.325),
+    ];
     lathe(obj, &BRASS, &stand, 12);
     // Outside and inside of the shade, joined at the rim; a chimney on top lets light up.
-    let shade = [(0.045, 0.455), (0.075, 0.45), (0.115, 0.415), (0.14, 0.365), (0.145, 0.335), (0.14, 0.335), (0.136, 0.362), (0.111, 0.411), (0.073, 0.445), (0.045, 0.455)];
+    let shade = [
+        (0.045, 0.455),
+        (0.075, 0.45),
+        (0.115, 0.415),
+        (0.14, 0.365),
+        (0.145, 0.335),
+        (0.14, 0.335),
+        (0.136, 0.362),
+        (0.111, 0.411),
+        (0.073, 0.445),
+        (0.045, 0.455),
+    ];
     let upwards: Vec<(f64, f64)> = shade.iter().rev().copied().collect();
     lathe(obj, &SHADE, &upwards, 18);
 }
@@ -83,7 +122,10 @@ pub fn stack(obj: &mut Obj, rng: &mut Rng, count: usize) {
             books::lying(obj, at, size, rng.below(64));
             // The underside shows where a book juts out over the one below.
             let (x, z) = (size.y * 0.5, size.z * 0.5);
-            obj.flat(&PAGE_EDGE, &[DVec3::new(-x, 0.0, -z), DVec3::new(x, 0.0, -z), DVec3::new(x, 0.0, z), DVec3::new(-x, 0.0, z)]);
+            obj.flat(
+                &PAGE_EDGE,
+                &[DVec3::new(-x, 0.0, -z), DVec3::new(x, 0.0, -z), DVec3::new(x, 0.0, z), DVec3::new(-x, 0.0, z)],
+            );
         });
         y += size.x + 0.001;
     }
@@ -102,7 +144,20 @@ pub fn rug(obj: &mut Obj, width: f64, length: f64) {
 
 /// The armillary sphere on its stand; its centre is at height 1.75.
 pub fn armillary(obj: &mut Obj) {
-    let stand = [(0.42, 0.0), (0.42, 0.06), (0.36, 0.1), (0.16, 0.14), (0.09, 0.22), (0.07, 0.4), (0.12, 0.5), (0.07, 0.6), (0.06, 0.8), (0.1, 0.86), (0.05, 0.9), (0.0, 0.9)];
+    let stand = [
+        (0.42, 0.0),
+        (0.42, 0.06),
+        (0.36, 0.1),
+        (0.16, 0.14),
+        (0.09, 0.22),
+        (0.07, 0.4),
+        (0.12, 0.5),
+        (0.07, 0.6),
+        (0.06, 0.8),
+        (0.1, 0.86),
+        (0.05, 0.9),
+        (0.0, 0.9),
+    ];
     lathe(obj, &DARK_OAK, &stand, 24);
     obj.offset(DVec3::Y * 1.75, |obj| {
         let pole = DVec3::new(0.4, 0.917, 0.0);
@@ -126,7 +181,13 @@ pub fn armillary(obj: &mut Obj) {
         let (s, c) = (FRAC_PI_2 * f64::from(k) + 0.4).sin_cos();
         let path: Vec<DVec3> = linspace(0.0, 1.0, 8)
             .iter()
-            .map(|t| DVec3::new(c * (0.05 + 0.81 * (t * FRAC_PI_2).sin()), 0.87 + 0.88 * (1.0 - (t * FRAC_PI_2).cos()), s * (0.05 + 0.81 * (t * FRAC_PI_2).sin())))
+            .map(|t| {
+                DVec3::new(
+                    c * (0.05 + 0.81 * (t * FRAC_PI_2).sin()),
+                    0.87 + 0.88 * (1.0 - (t * FRAC_PI_2).cos()),
+                    s * (0.05 + 0.81 * (t * FRAC_PI_2).sin()),
+                )
+            })
             .collect();
         tube(obj, &BRASS, &path, 0.018, 6, false);
     }
@@ -220,7 +281,17 @@ pub fn chain(obj: &mut Obj, top: DVec3, bottom: f64) {
 
 /// A library globe on a turned stand.
 pub fn globe(obj: &mut Obj) {
-    let stand = [(0.24, 0.0), (0.24, 0.03), (0.08, 0.07), (0.04, 0.14), (0.06, 0.3), (0.03, 0.4), (0.03, 0.5), (0.06, 0.52), (0.0, 0.53)];
+    let stand = [
+        (0.24, 0.0),
+        (0.24, 0.03),
+        (0.08, 0.07),
+        (0.04, 0.14),
+        (0.06, 0.3),
+        (0.03, 0.4),
+        (0.03, 0.5),
+        (0.06, 0.52),
+        (0.0, 0.53),
+    ];
     lathe(obj, &DARK_OAK, &stand, 16);
     obj.offset(DVec3::Y * 0.86, |obj| {
         // A lathe counts v in metres: the map must cover the whole height once.
@@ -243,7 +314,20 @@ pub fn globe(obj: &mut Obj) {
 pub fn vase(obj: &mut Obj) {
     standing(obj, &DARK_OAK, DVec3::ZERO, DVec3::new(0.36, 0.7, 0.36), 0.2);
     obj.offset(DVec3::Y * 0.7, |obj| {
-        let profile = [(0.09, 0.0), (0.1, 0.02), (0.16, 0.14), (0.19, 0.26), (0.17, 0.38), (0.1, 0.47), (0.065, 0.53), (0.07, 0.56), (0.1, 0.6), (0.09, 0.6), (0.058, 0.53), (0.0, 0.5)];
+        let profile = [
+            (0.09, 0.0),
+            (0.1, 0.02),
+            (0.16, 0.14),
+            (0.19, 0.26),
+            (0.17, 0.38),
+            (0.1, 0.47),
+            (0.065, 0.53),
+            (0.07, 0.56),
+            (0.1, 0.6),
+            (0.09, 0.6),
+            (0.058, 0.53),
+            (0.0, 0.5),
+        ];
         lathe(obj, &GLAZE, &profile, 24);
     });
 }

@@ -122,7 +122,13 @@ pub fn small_meshes(obj: &mut Obj) {
         for y in [2.77, GALLERY + 2.37] {
             // On the inner side of the valance, facing the books.
             let (z, ys) = (bay_centre(i), [y - 0.085, y - 0.035]);
-            lattice(obj, &STRIP, [DVec3::X * (EAST - 0.638), DVec3::Y, DVec3::Z], [&ys, &[z - 1.1, z + 1.1]], |_, _| true);
+            lattice(
+                obj,
+                &STRIP,
+                [DVec3::X * (EAST - 0.638), DVec3::Y, DVec3::Z],
+                [&ys, &[z - 1.1, z + 1.1]],
+                |_, _| true,
+            );
         }
     }
 }
@@ -164,7 +170,13 @@ fn lantern_frame(obj: &mut Obj, at: DVec3) {
     let ceiling = if at.y < GALLERY { GALLERY - 0.2 } else { 6.8 };
     obj.offset(at, |obj| {
         for (x, z) in [(-0.1, -0.1), (-0.1, 0.1), (0.1, -0.1), (0.1, 0.1)] {
-            block(obj, &IRON, [DVec3::new(x - 0.007, -0.15, z - 0.007), DVec3::new(x + 0.007, 0.16, z + 0.007)], 1.0, side::ALL);
+            block(
+                obj,
+                &IRON,
+                [DVec3::new(x - 0.007, -0.15, z - 0.007), DVec3::new(x + 0.007, 0.16, z + 0.007)],
+                1.0,
+                side::ALL,
+            );
         }
         block(obj, &IRON, [DVec3::new(-0.115, -0.165, -0.115), DVec3::new(0.115, -0.15, 0.115)], 0.3, side::ALL);
         lathe(obj, &IRON, &[(0.17, 0.16), (0.165, 0.175), (0.03, 0.27), (0.012, 0.3), (0.0, 0.3)], 4);

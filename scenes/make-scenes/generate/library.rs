@@ -137,7 +137,9 @@ fn bookcases(obj: &mut Obj, rng: &mut Rng) {
         let frame = placed(DVec3::new(-NAVE, 0.0, z + 0.6), 90.0);
         obj.at(frame, |obj| Case { width: 1.2, height: 2.3, columns: 1, rows: 6 }.build(obj, rng));
     }
-    obj.offset(DVec3::new(-3.75, 0.0, -END), |obj| Case { width: 2.0, height: 2.4, columns: 2, rows: 6 }.build(obj, rng));
+    obj.offset(DVec3::new(-3.75, 0.0, -END), |obj| {
+        Case { width: 2.0, height: 2.4, columns: 2, rows: 6 }.build(obj, rng)
+    });
 }
 
 /// The board in front of a cornice and the valance under it, which hide the light strip from the nave.
