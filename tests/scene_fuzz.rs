@@ -121,7 +121,7 @@ fn extremes_end_soon() -> Result<(), TestCaseError> {
         })
         .collect();
     let all: String = (5..20_005).map(|i| format!(" {i}")).collect();
-    let star: String = (0..50_000).map(|i| format!("v {i} 1 {}\nf 1 -1 -2\n", i % 7)).collect();
+    let star: String = (0..200_000).map(|i| format!("v {i} 1 {}\nf 1 -1 -2\n", i % 7)).collect();
     for obj in [
         with(format!("f {}", "1 2 3 ".repeat(1 << 19))),
         with(format!("f {}", "\\\n".repeat(1 << 20))),
@@ -139,7 +139,7 @@ fn extremes_end_soon() -> Result<(), TestCaseError> {
     {
         try_load(&[("s.toml", toml.as_bytes())], "s.toml")?;
     }
-    prop_assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+    prop_assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
     Ok(())
 }
 

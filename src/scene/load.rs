@@ -125,8 +125,11 @@ fn describe(path: &Path) -> Result<(Description, Report)> {
             Ok(scene_file::read(path, &text))
         }
         Kind::Obj => {
-            std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
-            let objs = vec![scene_file::ObjFile { path: path.to_owned(), line: None }];
+            // Opening a pipe would wait for its writer; `read_objs` refuses it.
+            if data.is_file() {
+                std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
+            }
+            let objs = vec![scene_file::ObjName { path: path.to_owned(), line: None }];
             let description = Description { objs, ..Description::default() };
             Ok((description, Report::default()))
         }
@@ -140,7 +143,7 @@ struct ObjFile {
 }
 
 fn read_objs(main: &Path, description: &Description, report: &mut Report) -> Vec<ObjFile> {
-    let read = |obj: &scene_file::ObjFile| -> Result<ObjFile, String> {
+    let read = |obj: &scene_file::ObjName| -> Result<ObjFile, String> {
         if input::kind(&obj.path)? == Kind::SceneFile {
             return Err("is a scene file: name an OBJ".into());
         }
@@ -271,8 +274,13 @@ fn finish_scene(
         let message = format!("{turned} vertex normals (vn) point to the back of their face and are turned");
         report.warn(path, None, message);
     }
-    let area_lights = emitters::find(&scene);
-    scene.lights.extend(area_lights);
+    for mut light in emitters::find(&scene) {
+        // Edits address lights by name: a name of the scene file or of another MTL may be taken.
+        while scene.lights.iter().any(|other| other.name == light.name) {
+            light.name.push_str(" (area)");
+        }
+        scene.lights.push(light);
+    }
     complete_view(path, &mut scene, report);
     scene
 }
