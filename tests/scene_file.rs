@@ -201,7 +201,7 @@ fn what_is_no_scene_gets_one_message() {
         ("scene.txt", "neither a scene file"),
         ("folder.obj", "is a directory"),
         ("points.obj", "nothing to draw: there is no face"),
-        ("flat.obj", "nothing to draw: 1 triangles have no area"),
+        ("flat.obj", "nothing to draw (triangles without area: 1)"),
     ] {
         let report = files.refused(name);
         assert_eq!(report.faults.len(), 1, "{name}: {report:?}");
