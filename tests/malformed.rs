@@ -65,6 +65,9 @@ fn shared_files_load_or_say_why() {
             Ok(loaded) => {
                 assert_eq!(loaded.counts.kept(), kept, "{name}: {:?}", loaded.counts);
                 assert_eq!(loaded.counts.drawn, loaded.scene.triangles.len(), "{name}");
+                let one_dropped =
+                    ["issue-140-zero-face-idx", "test-nan", "invalid_index"].iter().any(|n| name.contains(n));
+                assert_eq!(loaded.counts.dropped_faces, usize::from(one_dropped), "{name}");
                 check_invariants(&loaded);
             }
             Err(Error::Input(report)) => {
