@@ -225,12 +225,19 @@ fn patches_give_what_a_full_redraw_gives() {
             let mut mesh = Splitter::new(&scene, &visible);
             renderer.apply(&base_update(&scene, visible.iter().copied(), false, |_, p| mesh.slot(p))).unwrap();
             renderer.frame(&FULL).unwrap();
-            for round in 0..4 {
+            renderer.apply(&mesh.split(0.4)).unwrap();
+            compare_with_full(renderer, mode, "one split");
+            renderer.apply(&mesh.change(0.3)).unwrap();
+            compare_with_full(renderer, mode, "one change of values");
+            // Level upon level without a full redraw between: depth must follow what was drawn.
+            for _ in 0..3 {
                 renderer.apply(&mesh.split(0.4)).unwrap();
-                compare_with_full(renderer, mode, &format!("split {round}"));
+                renderer.frame(&patches(mode)).unwrap();
                 renderer.apply(&mesh.change(0.3)).unwrap();
-                compare_with_full(renderer, mode, &format!("values {round}"));
+                renderer.frame(&patches(mode)).unwrap();
             }
+            renderer.apply(&mesh.split(0.4)).unwrap();
+            compare_with_full(renderer, mode, "four levels");
             // Leaves that are split, changed and split again before they are ever drawn.
             renderer.apply(&mesh.split(0.5)).unwrap();
             renderer.apply(&mesh.change(0.2)).unwrap();
