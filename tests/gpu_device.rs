@@ -1,4 +1,5 @@
 //! Devices: choice, report, refusals, and that everything is given back.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod support;
 

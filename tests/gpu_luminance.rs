@@ -1,4 +1,5 @@
 //! The luminance pass: interpolation, weights, range, and patches against full redraws.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod support;
 
