@@ -107,9 +107,12 @@ fn values_beyond_half_range_are_scaled() {
     });
 }
 
+/// A leaf with its face and corners, each a slot and its position.
+type DynamicLeaf = (u32, FaceId, [(u32, Vec3); 3]);
+
 /// A dynamic mesh that splits its leaves in four at random, and tells the renderer.
 struct Splitter {
-    leaves: Vec<(u32, FaceId, [(u32, Vec3); 3])>,
+    leaves: Vec<DynamicLeaf>,
     next_leaf: u32,
     next_slot: u32,
     random: Cell<u32>,
