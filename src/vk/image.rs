@@ -78,7 +78,6 @@ impl Image {
     }
 
     /// Size in pixels.
-    #[must_use]
     pub const fn size(&self) -> vk::Extent2D {
         self.size
     }

@@ -1,5 +1,6 @@
 //! What the tests on a device share: the device or a reason to skip, small scenes built by hand, and their light.
 #![allow(dead_code, reason = "each test file uses a part")]
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use glam::{Vec2, Vec3};
 use penombre::error::Error;
@@ -42,7 +43,7 @@ pub fn finish(device: Arc<Device>) {
 /// Runs a test on a renderer, then checks what `finish` checks.
 pub fn with_renderer(test: impl FnOnce(&mut Renderer)) {
     let Some(device) = device() else { return };
-    let mut renderer = Renderer::new(Arc::clone(&device)).unwrap();
+    let mut renderer = Renderer::new(Arc::clone(&device), ImageSize { width: 64, height: 48 }).unwrap();
     test(&mut renderer);
     drop(renderer);
     finish(device);
