@@ -40,7 +40,11 @@ impl ArchedWall {
             let levels = self.levels();
             let below: Vec<f64> = levels.into_iter().filter(|&y| y <= sill + 1e-9).collect();
             for rows in below.windows(2) {
-                self.both(obj, paint, [[column.u[0], rows[0]], [column.u[1], rows[0]], [column.u[1], rows[1]], [column.u[0], rows[1]]]);
+                self.both(
+                    obj,
+                    paint,
+                    [[column.u[0], rows[0]], [column.u[1], rows[0]], [column.u[1], rows[1]], [column.u[0], rows[1]]],
+                );
             }
             if column.opening.is_some() {
                 self.soffit(obj, paint, &column);

@@ -32,7 +32,8 @@ impl Case {
             let hi = DVec3::new(x + BOARD, self.height, front);
             block(obj, &OAK, [DVec3::new(x, 0.0, 0.0), hi], 0.5, side::BIT[0] | side::BIT[1] | side::BIT[5]);
         }
-        let cornice = [DVec3::new(-0.05, self.height, 0.0), DVec3::new(self.width + 0.05, self.height + 0.09, front + 0.06)];
+        let cornice =
+            [DVec3::new(-0.05, self.height, 0.0), DVec3::new(self.width + 0.05, self.height + 0.09, front + 0.06)];
         block(obj, &OAK, cornice, 0.4, side::ALL & !side::BIT[4]);
         let back = [DVec3::new(0.0, 0.0, 0.0), DVec3::new(self.width, self.height, 0.01)];
         block(obj, &OAK, back, 0.5, side::BIT[5]);
@@ -155,7 +156,7 @@ fn plain(obj: &mut Obj, points: [DVec3; 4], binding: u64) {
 }
 
 /// A closed book on its side, spine at z = 0 facing +z; `size` is thickness, length along x, depth.
-pub fn lying(obj: &mut Obj, at: DVec3, size: DVec3, binding: u64) {
+fn lying(obj: &mut Obj, at: DVec3, size: DVec3, binding: u64) {
     let (h, l, d) = (size.x, size.y, size.z);
     let p = |x: f64, y: f64, z: f64| at + DVec3::new(x * l, y * h, -z * d);
     let spine = [p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0), p(1.0, 1.0, 0.0), p(0.0, 1.0, 0.0)];

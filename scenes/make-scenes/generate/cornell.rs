@@ -47,9 +47,25 @@ const PARTS: [Part; 8] = [
     room("back_wall", "white", &[[[549.6, 0.0, 559.2], [0.0, 0.0, 559.2], [0.0, 548.8, 559.2], [556.0, 548.8, 559.2]]]),
     room("right_wall", "green", &[[[0.0, 0.0, 559.2], [0.0, 0.0, 0.0], [0.0, 548.8, 0.0], [0.0, 548.8, 559.2]]]),
     room("left_wall", "red", &[[[552.8, 0.0, 0.0], [549.6, 0.0, 559.2], [556.0, 548.8, 559.2], [556.0, 548.8, 0.0]]]),
-    room("lamp", "lamp", &[[[343.0, LAMP_Y, 227.0], [343.0, LAMP_Y, 332.0], [213.0, LAMP_Y, 332.0], [213.0, LAMP_Y, 227.0]]]),
-    Part { name: "short_block", material: "white", quads: &SHORT_BLOCK, point: DVec3::new(185.5, 82.5, 169.0), towards: false },
-    Part { name: "tall_block", material: "white", quads: &TALL_BLOCK, point: DVec3::new(368.5, 165.0, 351.25), towards: false },
+    room(
+        "lamp",
+        "lamp",
+        &[[[343.0, LAMP_Y, 227.0], [343.0, LAMP_Y, 332.0], [213.0, LAMP_Y, 332.0], [213.0, LAMP_Y, 227.0]]],
+    ),
+    Part {
+        name: "short_block",
+        material: "white",
+        quads: &SHORT_BLOCK,
+        point: DVec3::new(185.5, 82.5, 169.0),
+        towards: false,
+    },
+    Part {
+        name: "tall_block",
+        material: "white",
+        quads: &TALL_BLOCK,
+        point: DVec3::new(368.5, 165.0, 351.25),
+        towards: false,
+    },
 ];
 
 const fn room(name: &'static str, material: &'static str, quads: &'static [Quad]) -> Part {
@@ -86,7 +102,10 @@ pub fn files() -> Vec<File> {
     let camera = Camera("main", DVec3::new(278.0, 273.0, -800.0), DVec3::new(278.0, 273.0, 0.0), 39.31);
     let scene = SceneFile { title: TITLE, obj: &["cornell_box.obj"], cameras: &[camera], lights: &[], exposure: 1.5 };
     [("toml", scene.text()), ("obj", obj()), ("mtl", MTL.to_owned())]
-        .map(|(extension, text)| File { path: format!("cornell_box/cornell_box.{extension}"), bytes: text.into_bytes() })
+        .map(|(extension, text)| File {
+            path: format!("cornell_box/cornell_box.{extension}"),
+            bytes: text.into_bytes(),
+        })
         .into()
 }
 

@@ -1,9 +1,9 @@
 //! What stands in the library: tables, chairs, the armillary sphere, plants, pictures.
 
-use super::books;
 use super::obj::Obj;
 use super::paint::{
-    BRASS, DARK_OAK, FRINGE, GLAZE, GLOBE, IRON, LEAF, OAK, PAGE_EDGE, PAGES, Paint, RATTAN, RUG, SHADE, SOIL, STEM, TERRACOTTA, VELVET,
+    BRASS, CLOTH_BLUE, CLOTH_GREEN, CLOTH_TAN, DARK_OAK, FRINGE, GLAZE, GLOBE, IRON, LEAF, OAK, PAGE_EDGE, PAGES,
+    Paint, RATTAN, RUG, SHADE, SOIL, STEM, TERRACOTTA, VELVET,
 };
 use super::rng::Rng;
 use super::shapes::{block, hoop, lathe, linspace, rod, side, standing, surface, tube};
@@ -23,8 +23,23 @@ pub fn placed(position: DVec3, degrees: f64) -> DAffine3 {
 pub fn table(obj: &mut Obj, length: f64) {
     let (w, l) = (0.55, length * 0.5);
     block(obj, &OAK, [DVec3::new(-w, TABLE - 0.05, -l), DVec3::new(w, TABLE, l)], 0.14, side::ALL);
-    block(obj, &OAK, [DVec3::new(-w + 0.1, TABLE - 0.15, -l + 0.1), DVec3::new(w - 0.1, TABLE - 0.05, l - 0.1)], 0.4, side::ALL & !side::BIT[3]);
-    let leg = [(0.045, 0.0), (0.05, 0.05), (0.03, 0.09), (0.05, 0.2), (0.062, 0.36), (0.04, 0.5), (0.055, 0.55), (0.055, 0.62)];
+    block(
+        obj,
+        &OAK,
+        [DVec3::new(-w + 0.1, TABLE - 0.15, -l + 0.1), DVec3::new(w - 0.1, TABLE - 0.05, l - 0.1)],
+        0.4,
+        side::ALL & !side::BIT[3],
+    );
+    let leg = [
+        (0.045, 0.0),
+        (0.05, 0.05),
+        (0.03, 0.09),
+        (0.05, 0.2),
+        (0.062, 0.36),
+        (0.04, 0.5),
+        (0.055, 0.55),
+        (0.055, 0.62),
+    ];
     for x in [-w + 0.14, w - 0.14] {
         for z in [-l + 0.14, l - 0.14] {
             obj.offset(DVec3::new(x, 0.0, z), |obj| lathe(obj, &DARK_OAK, &leg, 12));
@@ -50,10 +65,33 @@ pub fn chair(obj: &mut Obj) {
 
 /// A banker's lamp without its bulb, which belongs at (0, 0.36, 0).
 pub fn desk_lamp(obj: &mut Obj) {
-    let stand = [(0.09, 0.0), (0.092, 0.012), (0.05, 0.025), (0.014, 0.04), (0.012, 0.14), (0.02, 0.16), (0.012, 0.18), (0.01, 0.3), (0.022, 0.305), (0.022, 0.325), (0.0, 0.325)];
+    let stand = [
+        (0.09, 0.0),
+        (0.092, 0.012),
+        (0.05, 0.025),
+        (0.014, 0.04),
+        (0.012, 0.14),
+        (0.02, 0.16),
+        (0.012, 0.18),
+        (0.01, 0.3),
+        (0.022, 0.305),
+        (0.022, 0.325),
+        (0.0, 0.325),
+    ];
     lathe(obj, &BRASS, &stand, 12);
     // Outside and inside of the shade, joined at the rim; a chimney on top lets light up.
-    let shade = [(0.045, 0.455), (0.075, 0.45), (0.115, 0.415), (0.14, 0.365), (0.145, 0.335), (0.14, 0.335), (0.136, 0.362), (0.111, 0.411), (0.073, 0.445), (0.045, 0.455)];
+    let shade = [
+        (0.045, 0.455),
+        (0.075, 0.45),
+        (0.115, 0.415),
+        (0.14, 0.365),
+        (0.145, 0.335),
+        (0.14, 0.335),
+        (0.136, 0.362),
+        (0.111, 0.411),
+        (0.073, 0.445),
+        (0.045, 0.455),
+    ];
     let upwards: Vec<(f64, f64)> = shade.iter().rev().copied().collect();
     lathe(obj, &SHADE, &upwards, 18);
 }
@@ -75,18 +113,30 @@ pub fn open_book(obj: &mut Obj) {
 
 /// A few books lying about on a table.
 pub fn stack(obj: &mut Obj, rng: &mut Rng, count: usize) {
+    const BINDINGS: [&Paint; 5] = [&VELVET, &CLOTH_BLUE, &CLOTH_GREEN, &CLOTH_TAN, &DARK_OAK];
     let mut y = 0.0;
     for _ in 0..count {
-        let size = DVec3::new(rng.range(0.025, 0.05), rng.range(0.2, 0.26), rng.range(0.15, 0.19));
-        obj.at(placed(DVec3::Y * y, rng.range(-14.0, 14.0)), |obj| {
-            let at = DVec3::new(-size.y * 0.5, 0.0, size.z * 0.5);
-            books::lying(obj, at, size, rng.below(64));
-            // The underside shows where a book juts out over the one below.
-            let (x, z) = (size.y * 0.5, size.z * 0.5);
-            obj.flat(&PAGE_EDGE, &[DVec3::new(-x, 0.0, -z), DVec3::new(x, 0.0, -z), DVec3::new(x, 0.0, z), DVec3::new(-x, 0.0, z)]);
-        });
-        y += size.x + 0.001;
+        let size = DVec3::new(rng.range(0.2, 0.26), rng.range(0.028, 0.05), rng.range(0.15, 0.19));
+        let binding = BINDINGS[rng.below(5) as usize];
+        obj.at(placed(DVec3::Y * y, rng.range(-14.0, 14.0)), |obj| hardback(obj, binding, size));
+        y += size.y + 0.001;
     }
+}
+
+/// A closed book lying on y = 0, its spine at +z; `size` is length, thickness, width.
+fn hardback(obj: &mut Obj, binding: &'static Paint, size: DVec3) {
+    const BOARD: f64 = 0.004;
+    const INSET: f64 = 0.006;
+    let (x, z) = (size.x * 0.5, size.z * 0.5);
+    for y in [0.0, size.y - BOARD] {
+        block(obj, binding, [DVec3::new(-x, y, -z), DVec3::new(x, y + BOARD, z)], 0.3, side::ALL);
+    }
+    let inside = [BOARD, size.y - BOARD];
+    let sides = side::BIT[0] | side::BIT[1] | side::BIT[4];
+    let pages = [DVec3::new(INSET - x, inside[0], INSET - z), DVec3::new(x - INSET, inside[1], z - BOARD)];
+    block(obj, &PAGE_EDGE, pages, 0.3, sides);
+    let spine = [DVec3::new(-x, inside[0], z - BOARD), DVec3::new(x, inside[1], z)];
+    block(obj, binding, spine, 0.3, sides | side::BIT[5]);
 }
 
 /// A rug of `width` × `length`, 12 mm thick, along z.
@@ -102,7 +152,20 @@ pub fn rug(obj: &mut Obj, width: f64, length: f64) {
 
 /// The armillary sphere on its stand; its centre is at height 1.75.
 pub fn armillary(obj: &mut Obj) {
-    let stand = [(0.42, 0.0), (0.42, 0.06), (0.36, 0.1), (0.16, 0.14), (0.09, 0.22), (0.07, 0.4), (0.12, 0.5), (0.07, 0.6), (0.06, 0.8), (0.1, 0.86), (0.05, 0.9), (0.0, 0.9)];
+    let stand = [
+        (0.42, 0.0),
+        (0.42, 0.06),
+        (0.36, 0.1),
+        (0.16, 0.14),
+        (0.09, 0.22),
+        (0.07, 0.4),
+        (0.12, 0.5),
+        (0.07, 0.6),
+        (0.06, 0.8),
+        (0.1, 0.86),
+        (0.05, 0.9),
+        (0.0, 0.9),
+    ];
     lathe(obj, &DARK_OAK, &stand, 24);
     obj.offset(DVec3::Y * 1.75, |obj| {
         let pole = DVec3::new(0.4, 0.917, 0.0);
@@ -126,7 +189,13 @@ pub fn armillary(obj: &mut Obj) {
         let (s, c) = (FRAC_PI_2 * f64::from(k) + 0.4).sin_cos();
         let path: Vec<DVec3> = linspace(0.0, 1.0, 8)
             .iter()
-            .map(|t| DVec3::new(c * (0.05 + 0.81 * (t * FRAC_PI_2).sin()), 0.87 + 0.88 * (1.0 - (t * FRAC_PI_2).cos()), s * (0.05 + 0.81 * (t * FRAC_PI_2).sin())))
+            .map(|t| {
+                DVec3::new(
+                    c * (0.05 + 0.81 * (t * FRAC_PI_2).sin()),
+                    0.87 + 0.88 * (1.0 - (t * FRAC_PI_2).cos()),
+                    s * (0.05 + 0.81 * (t * FRAC_PI_2).sin()),
+                )
+            })
             .collect();
         tube(obj, &BRASS, &path, 0.018, 6, false);
     }
@@ -200,6 +269,17 @@ pub fn screen(obj: &mut Obj) {
     }
 }
 
+/// A cloth hanging in folds from a rod at height 7.2, its pattern on both sides, in the plane z = 0.
+pub fn tapestry(obj: &mut Obj) {
+    let (width, top, bottom) = (1.15, 7.2, 4.7);
+    rod(obj, &BRASS, [DVec3::new(-0.68, top, 0.06), DVec3::new(0.68, top, 0.06)], 0.022, 8);
+    let p = |u: f64, v: f64| {
+        let fold = (1.0 - 0.5 * v) * 0.045 * (u * 5.0 * PI).cos();
+        DVec3::new((u - 0.5) * width, bottom + (top - bottom - 0.02) * v, 0.06 + fold)
+    };
+    surface(obj, &RUG, [&linspace(0.0, 1.0, 24), &linspace(0.0, 1.0, 10)], DVec2::ONE, p);
+}
+
 /// A chain of oval links hanging from `top` down to `bottom`.
 pub fn chain(obj: &mut Obj, top: DVec3, bottom: f64) {
     const LINK: f64 = 0.13;
@@ -220,7 +300,17 @@ pub fn chain(obj: &mut Obj, top: DVec3, bottom: f64) {
 
 /// A library globe on a turned stand.
 pub fn globe(obj: &mut Obj) {
-    let stand = [(0.24, 0.0), (0.24, 0.03), (0.08, 0.07), (0.04, 0.14), (0.06, 0.3), (0.03, 0.4), (0.03, 0.5), (0.06, 0.52), (0.0, 0.53)];
+    let stand = [
+        (0.24, 0.0),
+        (0.24, 0.03),
+        (0.08, 0.07),
+        (0.04, 0.14),
+        (0.06, 0.3),
+        (0.03, 0.4),
+        (0.03, 0.5),
+        (0.06, 0.52),
+        (0.0, 0.53),
+    ];
     lathe(obj, &DARK_OAK, &stand, 16);
     obj.offset(DVec3::Y * 0.86, |obj| {
         // A lathe counts v in metres: the map must cover the whole height once.
@@ -243,7 +333,20 @@ pub fn globe(obj: &mut Obj) {
 pub fn vase(obj: &mut Obj) {
     standing(obj, &DARK_OAK, DVec3::ZERO, DVec3::new(0.36, 0.7, 0.36), 0.2);
     obj.offset(DVec3::Y * 0.7, |obj| {
-        let profile = [(0.09, 0.0), (0.1, 0.02), (0.16, 0.14), (0.19, 0.26), (0.17, 0.38), (0.1, 0.47), (0.065, 0.53), (0.07, 0.56), (0.1, 0.6), (0.09, 0.6), (0.058, 0.53), (0.0, 0.5)];
+        let profile = [
+            (0.09, 0.0),
+            (0.1, 0.02),
+            (0.16, 0.14),
+            (0.19, 0.26),
+            (0.17, 0.38),
+            (0.1, 0.47),
+            (0.065, 0.53),
+            (0.07, 0.56),
+            (0.1, 0.6),
+            (0.09, 0.6),
+            (0.058, 0.53),
+            (0.0, 0.5),
+        ];
         lathe(obj, &GLAZE, &profile, 24);
     });
 }

@@ -80,7 +80,7 @@ fn west_wall(obj: &mut Obj) {
         half: 0.85,
         heights: [0.0, 1.2, 4.6, SPRING],
         depth: 0.5,
-        cell: 0.27,
+        cell: 0.3,
         segments: 14,
     };
     obj.at(wall_frame(-NAVE, true), |obj| wall.build(obj, &STONE));
@@ -105,7 +105,10 @@ fn window(obj: &mut Obj, z: f64) {
         bar(obj, DVec3::new(x, y, z - 0.83), DVec3::new(x, y, z + 0.83));
     }
     let arc = |radius: f64| -> Vec<DVec3> {
-        linspace(0.0, PI, 14).iter().map(|t| DVec3::new(X - 0.05, 4.6 + radius * t.sin(), z + radius * t.cos())).collect()
+        linspace(0.0, PI, 14)
+            .iter()
+            .map(|t| DVec3::new(X - 0.05, 4.6 + radius * t.sin(), z + radius * t.cos()))
+            .collect()
     };
     tube(obj, &LEAD, &arc(0.45), 0.016, 5, false);
 }
@@ -186,7 +189,8 @@ fn rib(obj: &mut Obj, thetas: &[f64], z0: f64, z1: f64) {
     const INNER: f64 = NAVE - 0.22;
     for t in thetas.windows(2) {
         barrel_cell(obj, &STONE, INNER, [t[0], t[1]], [z0, z1]);
-        let side = |z: f64| [barrel(t[0], INNER, z), barrel(t[1], INNER, z), barrel(t[1], NAVE, z), barrel(t[0], NAVE, z)];
+        let side =
+            |z: f64| [barrel(t[0], INNER, z), barrel(t[1], INNER, z), barrel(t[1], NAVE, z), barrel(t[0], NAVE, z)];
         if z1 < END {
             let mut south = side(z1);
             south.reverse();
@@ -220,7 +224,7 @@ fn aisle(obj: &mut Obj) {
 fn arcades(obj: &mut Obj) {
     for (foot, top) in [(2.2, GALLERY), (5.3, SPRING)] {
         let heights = [foot, foot, foot, top];
-        let wall = ArchedWall { bays: BAYS, bay: BAY, half: 1.3, heights, depth: 0.4, cell: 0.25, segments: 18 };
+        let wall = ArchedWall { bays: BAYS, bay: BAY, half: 1.3, heights, depth: 0.4, cell: 0.3, segments: 16 };
         obj.at(wall_frame(NAVE, false), |obj| wall.build(obj, &STONE));
     }
     for i in 1..BAYS {
@@ -252,8 +256,13 @@ fn column(obj: &mut Obj, height: f64, plinth: f64) {
         ((0.185 - 0.03 * t * t) * s, y)
     }));
     profile.extend([(0.18 * s, high), (0.18 * s, high + 0.03 * s), (0.157 * s, high + 0.03 * s)]);
-    profile.extend([(0.165 * s, high + 0.08 * s), (0.19 * s, high + 0.15 * s), (0.24 * s, high + 0.21 * s), (0.25 * s, shaft)]);
-    lathe(obj, &STONE, &profile, 18);
+    profile.extend([
+        (0.165 * s, high + 0.08 * s),
+        (0.19 * s, high + 0.15 * s),
+        (0.24 * s, high + 0.21 * s),
+        (0.25 * s, shaft),
+    ]);
+    lathe(obj, &STONE, &profile, 16);
     let half = DVec3::new(0.23, 0.0, 0.32);
     block(obj, &STONE, [DVec3::Y * shaft - half, DVec3::Y * height + half], 0.3, side::ALL);
 }
@@ -270,8 +279,18 @@ fn hearth(obj: &mut Obj) {
     block(obj, &STONE, [lo, hi], 0.2, side::BIT[2] | side::BIT[5]);
     let (xs, ys) = (steps(-0.75, 0.75, 0.15), steps(0.0, 1.1, 0.15));
     lattice(obj, &BRICK, [DVec3::Z * (back + 0.04), DVec3::X, DVec3::Y], [&xs, &ys], |_, _| true);
-    block(obj, &DARK_OAK, [DVec3::new(-1.5, 1.9, back), DVec3::new(1.5, 2.0, front + 0.14)], 0.25, side::ALL & !side::BIT[4]);
-    for (x, y, along) in [(-0.16, 0.07, DVec3::new(0.03, 0.0, 0.22)), (0.14, 0.07, DVec3::new(-0.04, 0.0, 0.22)), (0.0, 0.2, DVec3::new(0.4, 0.0, 0.03))] {
+    block(
+        obj,
+        &DARK_OAK,
+        [DVec3::new(-1.5, 1.9, back), DVec3::new(1.5, 2.0, front + 0.14)],
+        0.25,
+        side::ALL & !side::BIT[4],
+    );
+    for (x, y, along) in [
+        (-0.16, 0.07, DVec3::new(0.03, 0.0, 0.22)),
+        (0.14, 0.07, DVec3::new(-0.04, 0.0, 0.22)),
+        (0.0, 0.2, DVec3::new(0.4, 0.0, 0.03)),
+    ] {
         let c = DVec3::new(x, y, back + 0.35);
         rod(obj, &LOG, [c - along, c + along], 0.065, 8);
     }

@@ -122,6 +122,12 @@ paints! {
     LEAD = Paint::matt("lead", [0.12, 0.12, 0.13]).polished(0.1, 15.0);
     /// Green glass of the lamp shades, opaque here.
     SHADE = Paint::matt("shade", [0.03, 0.24, 0.12]).polished(0.2, 60.0);
+    /// Bookbinder's cloth, blue.
+    CLOTH_BLUE = Paint::matt("cloth_blue", [0.06, 0.1, 0.26]);
+    /// Bookbinder's cloth, green.
+    CLOTH_GREEN = Paint::matt("cloth_green", [0.07, 0.2, 0.12]);
+    /// Bookbinder's cloth, tan.
+    CLOTH_TAN = Paint::matt("cloth_tan", [0.42, 0.26, 0.12]);
     /// Blue-and-white glaze.
     GLAZE = Paint::matt("glaze", [0.2, 0.32, 0.6]).polished(0.15, 60.0);
     /// Terracotta.
@@ -154,15 +160,15 @@ paints! {
     /// Alabaster globes.
     ALABASTER = Paint::glow("alabaster", [62.0, 42.0, 22.0]);
     /// Fire in the hearth.
-    FIRE = Paint::glow("fire", [120.0, 46.0, 9.0]);
+    FIRE = Paint::glow("fire", [44.0, 15.0, 2.6]);
     /// Bulbs of the table lamps.
     BULB = Paint::glow("bulb", [150.0, 104.0, 56.0]);
     /// Candle flames.
-    FLAME = Paint::glow("flame", [360.0, 200.0, 72.0]);
+    FLAME = Paint::glow("flame", [170.0, 92.0, 32.0]);
     /// Bulbs of the string light.
-    FAIRY = Paint::glow("fairy", [110.0, 66.0, 26.0]);
+    FAIRY = Paint::glow("fairy", [64.0, 37.0, 14.0]);
     /// Panels of the hanging lanterns.
-    LANTERN = Paint::glow("lantern", [34.0, 19.0, 7.0]);
+    LANTERN = Paint::glow("lantern", [62.0, 36.0, 14.0]);
     /// Light strips on top of the bookcases.
-    STRIP = Paint::glow("strip", [30.0, 22.0, 13.0]);
+    STRIP = Paint::glow("strip", [60.0, 42.0, 23.0]);
 }

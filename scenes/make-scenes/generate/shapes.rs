@@ -199,7 +199,14 @@ pub fn rod(obj: &mut Obj, paint: &'static Paint, [from, to]: [DVec3; 2], radius:
 }
 
 /// A closed ring about `axis` through the local origin.
-pub fn hoop(obj: &mut Obj, paint: &'static Paint, axis: DVec3, radius: f64, thickness: f64, [around, across]: [usize; 2]) {
+pub fn hoop(
+    obj: &mut Obj,
+    paint: &'static Paint,
+    axis: DVec3,
+    radius: f64,
+    thickness: f64,
+    [around, across]: [usize; 2],
+) {
     let a = axis.normalize().any_orthonormal_vector();
     let b = axis.normalize().cross(a);
     let path: Vec<DVec3> = (0..around)

@@ -20,7 +20,8 @@ const LANDING: [f64; 2] = [-7.0, -5.8];
 pub fn balustrade(obj: &mut Obj) {
     for i in 0..BAYS {
         let z = -END + i as f64 * BAY;
-        let (a, b) = (if i == 0 { z + 0.3 } else { z + 0.2 }, if i + 1 == BAYS { z + BAY - 0.3 } else { z + BAY - 0.2 });
+        let (a, b) =
+            (if i == 0 { z + 0.3 } else { z + 0.2 }, if i + 1 == BAYS { z + BAY - 0.3 } else { z + BAY - 0.2 });
         if i == 0 {
             stretch(obj, a, LANDING[0]);
             stretch(obj, LANDING[1], b);
@@ -36,7 +37,17 @@ fn stretch(obj: &mut Obj, a: f64, b: f64) {
     };
     rail(obj, [GALLERY + 0.05, GALLERY + 0.1], 0.05);
     rail(obj, [GALLERY + 0.92, GALLERY + 0.99], 0.06);
-    let profile = [(0.02, 0.0), (0.032, 0.06), (0.018, 0.14), (0.02, 0.2), (0.042, 0.36), (0.03, 0.5), (0.016, 0.66), (0.028, 0.76), (0.02, 0.82)];
+    let profile = [
+        (0.02, 0.0),
+        (0.032, 0.06),
+        (0.018, 0.14),
+        (0.02, 0.2),
+        (0.042, 0.36),
+        (0.03, 0.5),
+        (0.016, 0.66),
+        (0.028, 0.76),
+        (0.02, 0.82),
+    ];
     let spots = steps(a, b, 0.2);
     for pair in spots.windows(2) {
         obj.offset(DVec3::new(4.4, GALLERY + 0.1, (pair[0] + pair[1]) * 0.5), |obj| lathe(obj, &DARK_OAK, &profile, 7));
@@ -53,7 +64,12 @@ fn about(degrees: f64, r: f64, y: f64) -> DVec3 {
 pub fn spiral(obj: &mut Obj) {
     let rise = GALLERY / (TREADS + 1) as f64;
     obj.offset(AXIS, |obj| {
-        lathe(obj, &IRON, &[(0.2, 0.0), (0.2, 0.04), (0.09, 0.07), (0.06, 0.1), (0.06, 2.0), (0.06, 4.95), (0.0, 4.95)], 12);
+        lathe(
+            obj,
+            &IRON,
+            &[(0.2, 0.0), (0.2, 0.04), (0.09, 0.07), (0.06, 0.1), (0.06, 2.0), (0.06, 4.95), (0.0, 4.95)],
+            12,
+        );
         obj.offset(DVec3::Y * 5.02, |obj| sphere(obj, &BRASS, 0.1, 12, 8));
     });
     for i in 0..TREADS {

@@ -44,9 +44,8 @@ fn noise(p: DVec2, period: i64, salt: u64) -> f64 {
     let cell = p.floor();
     let f = p - cell;
     let f = f * f * (DVec2::splat(3.0) - 2.0 * f);
-    let at = |dx: i64, dy: i64| {
-        hash((cell.x as i64 + dx).rem_euclid(period), (cell.y as i64 + dy).rem_euclid(period), salt)
-    };
+    let at =
+        |dx: i64, dy: i64| hash((cell.x as i64 + dx).rem_euclid(period), (cell.y as i64 + dy).rem_euclid(period), salt);
     let low = at(0, 0) + (at(1, 0) - at(0, 0)) * f.x;
     let high = at(0, 1) + (at(1, 1) - at(0, 1)) * f.x;
     low + (high - low) * f.y
@@ -54,7 +53,8 @@ fn noise(p: DVec2, period: i64, salt: u64) -> f64 {
 
 /// Four octaves over the unit square, repeating; `base` cells in the first.
 fn fractal(uv: DVec2, base: i64, salt: u64) -> f64 {
-    (0..4).map(|o| noise(uv * (base << o) as f64, base << o, salt + o) * 0.5f64.powi(o as i32 + 1)).sum::<f64>() / 0.9375
+    (0..4).map(|o| noise(uv * (base << o) as f64, base << o, salt + o) * 0.5f64.powi(o as i32 + 1)).sum::<f64>()
+        / 0.9375
 }
 
 fn mix(a: DVec3, b: DVec3, t: f64) -> DVec3 {
@@ -103,7 +103,11 @@ fn flags(uv: DVec2) -> DVec3 {
     let turn = hash(cell.x as i64, cell.y as i64, 1) * 3.0;
     let vein = (fractal(uv + turn, 3, 2) * 9.0 + turn).sin().abs().powf(0.35);
     let dark = (cell.x + cell.y) as i64 % 2 == 0;
-    let tone = if dark { mix(rgb(0.5, 0.42, 0.36), rgb(0.25, 0.2, 0.19), vein) } else { mix(rgb(0.72, 0.63, 0.52), rgb(0.88, 0.83, 0.73), vein) };
+    let tone = if dark {
+        mix(rgb(0.5, 0.42, 0.36), rgb(0.25, 0.2, 0.19), vein)
+    } else {
+        mix(rgb(0.72, 0.63, 0.52), rgb(0.88, 0.83, 0.73), vein)
+    };
     let edge = inside.min(DVec2::ONE - inside).min_element();
     mix(rgb(0.3, 0.27, 0.24), tone * (0.93 + 0.1 * hash(cell.x as i64, cell.y as i64, 3)), smooth(0.008, 0.02, edge))
 }
@@ -154,13 +158,21 @@ fn stars(uv: DVec2) -> DVec3 {
 
 fn books(uv: DVec2) -> DVec3 {
     const LEATHER: [DVec3; 8] = [
-        rgb(0.46, 0.13, 0.11), rgb(0.18, 0.27, 0.2), rgb(0.2, 0.25, 0.42), rgb(0.5, 0.33, 0.18),
-        rgb(0.36, 0.22, 0.15), rgb(0.62, 0.52, 0.36), rgb(0.3, 0.15, 0.26), rgb(0.19, 0.37, 0.4),
+        rgb(0.46, 0.13, 0.11),
+        rgb(0.18, 0.27, 0.2),
+        rgb(0.2, 0.25, 0.42),
+        rgb(0.5, 0.33, 0.18),
+        rgb(0.36, 0.22, 0.15),
+        rgb(0.62, 0.52, 0.36),
+        rgb(0.3, 0.15, 0.26),
+        rgb(0.19, 0.37, 0.4),
     ];
     let cell = (uv * 8.0).floor();
     let f = uv * 8.0 - cell;
     let (i, j) = (cell.x as i64, cell.y as i64);
-    let base = LEATHER[(i as usize + j as usize * 3) % 8] * (0.8 + 0.4 * hash(i, j, 16)) * (0.9 + 0.2 * noise(f * 16.0, 64, 17));
+    let base = LEATHER[(i as usize + j as usize * 3) % 8]
+        * (0.8 + 0.4 * hash(i, j, 16))
+        * (0.9 + 0.2 * noise(f * 16.0, 64, 17));
     let gold = rgb(0.86, 0.68, 0.34);
     let bands = [0.1, 0.14, 0.62 + 0.1 * hash(i, j, 18), 0.86, 0.9];
     let band = bands.iter().any(|b| (f.y - b).abs() < 0.014);
@@ -178,23 +190,32 @@ fn pages(uv: DVec2) -> DVec3 {
     let line = (uv.y * 26.0).floor();
     let inside = (0.12..0.88).contains(&uv.x) && (0.1..0.9).contains(&uv.y);
     let last = 0.7 + 0.25 * hash(line as i64, 0, 22);
-    let ink = inside && (uv.y * 26.0).fract() < 0.45 && uv.x < last && hash((uv.x * 60.0) as i64, line as i64, 23) > 0.22;
+    let ink =
+        inside && (uv.y * 26.0).fract() < 0.45 && uv.x < last && hash((uv.x * 60.0) as i64, line as i64, 23) > 0.22;
     if ink { paper * 0.35 } else { paper }
 }
 
 /// Border and three medallions of the rug; u across, v along (twice as long).
 fn rug(uv: DVec2) -> DVec3 {
-    let (red, navy, cream, gold) = (rgb(0.52, 0.13, 0.12), rgb(0.15, 0.18, 0.34), rgb(0.82, 0.74, 0.58), rgb(0.75, 0.52, 0.24));
+    let (red, navy, cream, gold) =
+        (rgb(0.52, 0.13, 0.12), rgb(0.15, 0.18, 0.34), rgb(0.82, 0.74, 0.58), rgb(0.75, 0.52, 0.24));
     let p = DVec2::new(uv.x - 0.5, (uv.y - 0.5) * 2.0).abs();
     let inset = (0.5 - p.x).min(1.0 - p.y);
-    let weave = 0.92 + 0.1 * hash((uv.x * 256.0) as i64, (uv.y * 512.0) as i64, 24);
+    // Warp and weft.
+    let weave = if ((uv.x * 256.0) as i64 + (uv.y * 512.0) as i64) % 2 == 0 { 0.94 } else { 1.02 };
     let diamonds = |scale: f64| ((p.x * scale).fract() - 0.5).abs() + ((p.y * scale).fract() - 0.5).abs();
     let tone = if inset < 0.02 {
         navy
     } else if inset < 0.03 {
         gold
     } else if inset < 0.12 {
-        if diamonds(11.0) < 0.28 { cream } else if diamonds(11.0) < 0.42 { red } else { navy }
+        if diamonds(11.0) < 0.28 {
+            cream
+        } else if diamonds(11.0) < 0.42 {
+            red
+        } else {
+            navy
+        }
     } else if inset < 0.135 {
         gold
     } else {
@@ -211,7 +232,13 @@ fn medallions(p: DVec2, [red, navy, cream, gold]: [DVec3; 4], small: f64) -> DVe
         r if r < 0.06 => gold,
         r if r < 0.1 => navy,
         r if r < 0.12 => cream,
-        r if r < 0.19 => if small < 0.3 { gold } else { navy },
+        r if r < 0.19 => {
+            if small < 0.3 {
+                gold
+            } else {
+                navy
+            }
+        }
         r if r < 0.21 => cream,
         _ if small < 0.16 => gold,
         _ => red,
@@ -221,7 +248,11 @@ fn medallions(p: DVec2, [red, navy, cream, gold]: [DVec3; 4], small: f64) -> DVe
 fn brick(uv: DVec2) -> DVec3 {
     let row = (uv.y * 8.0).floor();
     let x = uv.x * 4.0 + if row as i64 % 2 == 0 { 0.0 } else { 0.5 };
-    let tone = mix(rgb(0.4, 0.2, 0.15), rgb(0.58, 0.32, 0.23), hash((x.floor() as i64).rem_euclid(4), row as i64, 25) * 0.7 + fractal(uv, 8, 26) * 0.3);
+    let tone = mix(
+        rgb(0.4, 0.2, 0.15),
+        rgb(0.58, 0.32, 0.23),
+        hash((x.floor() as i64).rem_euclid(4), row as i64, 25) * 0.7 + fractal(uv, 8, 26) * 0.3,
+    );
     let joint = (x.fract().min(1.0 - x.fract()) * 2.0).min((uv.y * 8.0).fract().min(1.0 - (uv.y * 8.0).fract()));
     mix(rgb(0.55, 0.5, 0.45), tone, smooth(0.06, 0.14, joint))
 }
@@ -269,13 +300,20 @@ fn painting_sun(uv: DVec2) -> DVec3 {
     let boat = DVec2::new(uv.x - 0.62, uv.y - 0.36);
     let sail = boat.y > 0.02 && boat.y < 0.36 && boat.x > 0.0 && boat.x < (0.36 - boat.y) * 0.42;
     let hull = boat.y.abs() < 0.022 && (-0.07 - boat.y..0.16 + boat.y).contains(&boat.x);
-    if sail { rgb(0.5, 0.22, 0.16) } else if hull { rgb(0.14, 0.1, 0.09) } else { tone }
+    if sail {
+        rgb(0.5, 0.22, 0.16)
+    } else if hull {
+        rgb(0.14, 0.1, 0.09)
+    } else {
+        tone
+    }
 }
 
 fn globe(uv: DVec2) -> DVec3 {
     let latitude = (uv.y - 0.5).abs() * 2.0;
     let land = fractal(uv, 6, 32) - 0.1 * latitude > 0.5;
-    let tone = if land { mix(rgb(0.7, 0.58, 0.32), rgb(0.4, 0.42, 0.22), fractal(uv, 16, 33)) } else { rgb(0.3, 0.46, 0.52) };
+    let tone =
+        if land { mix(rgb(0.7, 0.58, 0.32), rgb(0.4, 0.42, 0.22), fractal(uv, 16, 33)) } else { rgb(0.3, 0.46, 0.52) };
     let net = (uv.x * 24.0).fract() < 0.06 || (uv.y * 12.0).fract() < 0.06;
     if net { tone * 0.75 } else { tone }
 }
@@ -283,7 +321,12 @@ fn globe(uv: DVec2) -> DVec3 {
 /// Tracery of the rose: rings of petals of coloured glass in dark lead.
 fn rose(uv: DVec2) -> DVec3 {
     const GLASS: [DVec3; 6] = [
-        rgb(0.18, 0.3, 0.95), rgb(0.95, 0.2, 0.16), rgb(0.98, 0.72, 0.2), rgb(0.2, 0.62, 0.9), rgb(0.55, 0.25, 0.85), rgb(0.16, 0.7, 0.48),
+        rgb(0.18, 0.3, 0.95),
+        rgb(0.95, 0.2, 0.16),
+        rgb(0.98, 0.72, 0.2),
+        rgb(0.2, 0.62, 0.9),
+        rgb(0.55, 0.25, 0.85),
+        rgb(0.16, 0.7, 0.48),
     ];
     let d = (uv - DVec2::splat(0.5)) * 2.0;
     let (r, turn) = (d.length(), d.y.atan2(d.x) / TAU + 0.5);
@@ -301,7 +344,7 @@ fn rose(uv: DVec2) -> DVec3 {
     let lead = (width - petal.abs()) * TAU * r.max(0.05) / count;
     let piece = (turn * count) as i64;
     let pick = (piece + ring as i64 * 2 + i64::from(along > 0.55) * (1 + ring as i64)) as usize % 6;
-    let shade = 0.75 + 0.35 * hash(piece, ring as i64, 34) * (0.6 + 0.4 * fractal(uv, 16, 35));
+    let shade = 0.75 + 0.35 * hash(piece, ring as i64, 34);
     let cross = ((along - 0.55).abs() * (radii[ring + 1] - radii[ring]) - 0.008) * 0.7;
     mix(DVec3::ZERO, GLASS[pick] * shade, smooth(0.002, 0.012, lead.min(cross).min(0.985 - r)))
 }
@@ -310,7 +353,8 @@ fn rose(uv: DVec2) -> DVec3 {
 fn night(uv: DVec2) -> DVec3 {
     let sky = mix(rgb(0.5, 0.62, 0.86), rgb(0.0, 0.0, 0.02), uv.y.powf(0.55));
     let star = hash((uv.x * 512.0) as i64, (uv.y * 128.0) as i64, 36) > 0.997 && uv.y > 0.35;
-    let tree = 0.22 + 0.2 * noise(DVec2::new(uv.x * 14.0, 0.0), 14, 37) + 0.06 * noise(DVec2::new(uv.x * 96.0, 1.0), 96, 38);
+    let tree =
+        0.22 + 0.2 * noise(DVec2::new(uv.x * 14.0, 0.0), 14, 37) + 0.06 * noise(DVec2::new(uv.x * 96.0, 1.0), 96, 38);
     let roof = 0.12 + 0.2 * hash((uv.x * 20.0) as i64, 0, 39) - 0.08 * ((uv.x * 20.0).fract() - 0.5).abs();
     if uv.y < roof {
         let pane = [(uv.x * 120.0).fract(), (uv.y * 40.0).fract()].iter().all(|f| (0.3..0.75).contains(f));

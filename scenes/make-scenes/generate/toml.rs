@@ -37,7 +37,8 @@ impl Light {
     /// Irradiance on a perpendicular plane in W·m⁻².
     #[must_use]
     pub fn directional(name: &str, direction: DVec3, irradiance: DVec3) -> Self {
-        let body = format!("kind = \"directional\"\ndirection = {}\nirradiance = {}", vector(direction), vector(irradiance));
+        let body =
+            format!("kind = \"directional\"\ndirection = {}\nirradiance = {}", vector(direction), vector(irradiance));
         Self { name: name.to_owned(), body }
     }
 }
@@ -71,7 +72,10 @@ impl SceneFile<'_> {
         let _ = writeln!(out, "\n[geometry]\nobj = [{}]\nemit = \"front\"", names.join(", "));
         for Camera(name, position, look_at, fov) in self.cameras {
             let (p, l) = (vector(*position), vector(*look_at));
-            let _ = writeln!(out, "\n[[camera]]\nname = \"{name}\"\nposition = {p}\nlook_at = {l}\nup = [0, 1, 0]\nvertical_fov = {fov}");
+            let _ = writeln!(
+                out,
+                "\n[[camera]]\nname = \"{name}\"\nposition = {p}\nlook_at = {l}\nup = [0, 1, 0]\nvertical_fov = {fov}"
+            );
         }
         for light in self.lights {
             let _ = writeln!(out, "\n[[light]]\nname = \"{}\"\n{}", light.name, light.body);
