@@ -10,5 +10,5 @@ layout(location = 0) out vec4 display;
 
 void main() {
     vec4 light = radiance(ivec2(gl_FragCoord.xy));
-    display = vec4(srgb_from_linear(tone_map(light.rgb * frame.exposure, frame.tone_mapping)), light.a);
+    display = vec4(srgb_from_linear(tone_map(finite(light.rgb * frame.exposure), frame.tone_mapping)), light.a);
 }

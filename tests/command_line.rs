@@ -1,9 +1,10 @@
 //! What was typed: every option reaches its field, every mistake is a message.
 
 use clap::{CommandFactory as _, Parser as _};
-use penombre::cli::args::{Cli, Command, PixelFilter, ReferenceArgs, RenderArgs, UpdateMode};
-use penombre::scene::ToneMapping;
+use penombre::cli::args::{Cli, Command, PixelFilter, ReferenceArgs, RenderArgs};
+use penombre::pass::UpdateMode;
 use penombre::scene::camera::ImageSize;
+use penombre::scene::{Display, ToneMapping};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -44,7 +45,7 @@ fn render_needs_a_scene_and_an_output_only() {
     assert_eq!(args.scene.size, ImageSize { width: 1024, height: 768 });
     assert_eq!(args.output.paths, [PathBuf::from("a.exr")]);
     assert_eq!((args.output.exposure, args.output.tone_mapping), (None, None), "the scene's");
-    assert_eq!((args.update, args.aa, args.refresh), (UpdateMode::Stencil, 1, Duration::from_millis(40)));
+    assert_eq!((args.update, args.output.aa, args.refresh), (UpdateMode::Stencil, 1, Duration::from_millis(40)));
     assert_eq!((args.engine.threads, args.engine.seed, args.engine.deterministic), (None, 0, false));
     assert!(args.budget.time.is_none() && args.budget.frames.is_none() && args.log.is_none());
     assert!(refused("render -o a.exr").contains("SCENE"));
@@ -66,7 +67,7 @@ fn every_option_of_render_reaches_its_field() {
     assert_eq!(args.update, UpdateMode::Id);
     assert_eq!((args.log, args.reference), (Some("f.csv".into()), Some("r.exr".into())));
     assert_eq!((args.output.exposure, args.output.tone_mapping), (Some(-1.5), Some(ToneMapping::PbrNeutral)));
-    assert_eq!((args.aa, args.refresh), (16, Duration::from_millis(20)));
+    assert_eq!((args.output.aa, args.refresh), (16, Duration::from_millis(20)));
     assert!(args.verbosity.verbose && !args.verbosity.quiet);
     assert_eq!(args.budget.time, Some(Duration::from_millis(2500)));
     assert_eq!((args.budget.frames, args.budget.rays, args.budget.error), (Some(3), Some(4), Some(0.05)));
@@ -135,6 +136,27 @@ fn reference_traces_direct_light_only_for_now() {
     assert_eq!(reference("s.toml -o r.exr --time 5").max_spp(), u32::MAX);
     assert!(refused("reference s.toml -o r.png").contains(".exr"));
     assert!(refused("reference s.toml -o r.exr --spp 0").contains("--spp"));
+}
+
+#[test]
+fn outputs_are_checked_before_any_work() {
+    let folder = tempfile::tempdir().expect("folder");
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let check = |line: String| render(&line).check_outputs().map_err(|e| e.to_string());
+    assert_eq!(check(format!("s.obj -o {} -o {} --log {}", at("a.exr"), at("a.png"), at("a.csv"))), Ok(()));
+    let refused = check(format!("s.obj -o {} --log {}", at("a.exr"), at("no/a.csv"))).expect_err("no folder");
+    assert_eq!(refused.lines().count(), 2, "the log and its summary: {refused}");
+    let options = format!("s.obj -o {} --log {} --reference {}", at("r.exr"), at("a.csv"), at("./r.exr"));
+    assert!(check(options).expect_err("replaced").contains("both the reference and an output"));
+    assert!(reference(&format!("s.obj -o {}", at("no/r.exr"))).check_outputs().is_err());
+}
+
+#[test]
+fn display_is_as_asked_or_as_the_scene_says() {
+    let scene = Display { exposure: 2.0, tone_mapping: ToneMapping::Agx };
+    assert_eq!(render("s.obj -o a.png").output.display(&scene), scene);
+    let asked = render("s.obj -o a.png --exposure -1 --tone-mapping clamp").output.display(&scene);
+    assert_eq!(asked, Display { exposure: -1.0, tone_mapping: ToneMapping::Clamp });
 }
 
 #[test]

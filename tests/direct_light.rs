@@ -1,13 +1,13 @@
 //! Direct light at vertices against closed forms (design page `literature.md` 5).
 
-mod support;
+mod by_hand;
 
+use by_hand::{Mirror, both_sides, engine, light, material, patch, solve, triangle};
 use glam::Vec3;
 use penombre::scene::light::LightKind;
 use penombre::scene::material::MaterialId;
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::f32::consts::PI;
-use support::{Mirror, both_sides, engine, light, material, patch, solve, triangle};
 
 /// A floor [-2, 2]² at y = 0 facing up, 8 × 8 cells.
 fn floor(scene: &mut Scene) -> Vec<TriangleId> {

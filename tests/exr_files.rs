@@ -231,10 +231,17 @@ fn a_header_that_claims_a_huge_image_is_refused_before_allocation() {
     let mut bytes = std::fs::read(&path).unwrap();
     let key = b"dataWindow\0box2i\0";
     let start = bytes.windows(key.len()).position(|w| w == key).unwrap() + key.len() + 4;
-    bytes[start + 8..start + 12].copy_from_slice(&99_999_i32.to_le_bytes());
-    std::fs::write(&path, bytes).unwrap();
-    let text = read_rgb(&path).unwrap_err().to_string();
-    assert!(text.contains("huge.exr") && text.contains("100000x4"), "{text}");
+    let mut claim = |right: i32, bottom: i32, why: &str| {
+        bytes[start + 8..start + 12].copy_from_slice(&right.to_le_bytes());
+        bytes[start + 12..start + 16].copy_from_slice(&bottom.to_le_bytes());
+        std::fs::write(&path, &bytes).unwrap();
+        let text = read_rgb(&path).unwrap_err().to_string();
+        assert!(text.contains("huge.exr") && text.contains(why), "{text}");
+    };
+    claim(99_999, 3, "100000x4");
+    claim(16_383, 16_383, "cut off or damaged");
+    claim(i32::MAX, i32::MAX, "huge.exr");
+    claim(-5, -5, "huge.exr");
 }
 
 #[cfg(target_os = "linux")]
@@ -248,4 +255,32 @@ fn a_full_disk_and_a_missing_folder_are_errors() {
     assert!(text.contains("full.exr: cannot write"), "{text}");
     let text = write_render(&at(&folder, "no/a.exr"), &pixels.layers(), &provenance()).unwrap_err().to_string();
     assert!(text.contains("a.exr: cannot write"), "{text}");
+}
+
+#[test]
+fn damaged_files_never_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = at(&folder, "a.exr");
+    write_render(&path, &Pixels::new(16, 20).layers(), &provenance()).unwrap();
+    let whole = std::fs::read(&path).unwrap();
+    // SplitMix64, a fixed seed.
+    let mut state = 1_u64;
+    let mut random = move || {
+        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        ((z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB) >> 33) as usize
+    };
+    let mut refused = 0;
+    for _ in 0..600 {
+        let mut bytes = whole.clone();
+        for _ in 0..1 + random() % 4 {
+            // Headers are where most harm can be done.
+            let range = if random() % 4 == 0 { bytes.len() } else { 1400 };
+            let i = random() % range.min(bytes.len());
+            bytes[i] = random() as u8;
+        }
+        std::fs::write(&path, &bytes).unwrap();
+        refused += usize::from(read_rgb(&path).is_err());
+    }
+    assert!(refused > 300, "{refused}");
 }

@@ -1,4 +1,5 @@
-//! Holds the house rules that the compiler does not: which room may use which, and how long a file may be.
+//! Holds the house rules that the compiler does not: which room may use which, how long a file may be, and that every
+//! source cited in a comment is listed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,6 +31,9 @@ const MAY_USE_ALL: &[&str] = &["lib", "main", "cli", "app"];
 const CRATES: &[(&str, &[&str])] =
     &[("obvhs", &["src/geom/bvh.rs"]), ("ash", &["src/vk/", "src/pass/", "src/app/"]), ("gpu_allocator", &["src/vk/"])];
 
+/// Extensions of shaders and of what they include.
+const SHADERS: &[&str] = &["vert", "frag", "comp", "glsl"];
+
 /// The longest a file of code or shaders may be.
 const MAX_LINES: usize = 500;
 
@@ -57,9 +61,7 @@ fn files_are_short_enough_to_read() {
     files.extend(sources("src", "rs"));
     files.extend(sources("tests", "rs"));
     files.extend(sources("scenes", "rs"));
-    for extension in ["vert", "frag", "comp", "glsl"] {
-        files.extend(sources("glsl", extension));
-    }
+    files.extend(SHADERS.iter().flat_map(|extension| sources("glsl", extension)));
     let long: Vec<String> = files
         .iter()
         .map(|file| (file, fs::read_to_string(file).unwrap().lines().count()))
@@ -67,6 +69,27 @@ fn files_are_short_enough_to_read() {
         .map(|(file, lines)| format!("{}: {lines} lines, at most {MAX_LINES}", slashes(file)))
         .collect();
     assert!(long.is_empty(), "{}", long.join("\n"));
+}
+
+#[test]
+fn citations_are_listed() {
+    let listed = fs::read_to_string(root().join("docs/references.md")).unwrap();
+    let mut files = sources("src", "rs");
+    files.extend(SHADERS.iter().flat_map(|extension| sources("glsl", extension)));
+    let unlisted: Vec<String> = files
+        .iter()
+        .flat_map(|file| citations(&fs::read_to_string(file).unwrap()).into_iter().map(move |key| (file, key)))
+        .filter(|(_, key)| !listed.contains(&format!("**[{key}]**")))
+        .map(|(file, key)| format!("{}: [{key}] is not in docs/references.md", slashes(file)))
+        .collect();
+    assert!(unlisted.is_empty(), "{}", unlisted.join("\n"));
+}
+
+#[test]
+fn citations_are_told_from_links() {
+    let text = "/// As in [FP03 §4.3] and [Duff17], not [`Scene`], [Camera], [this](x) or a[B64].\nlet x = a[X11];";
+    assert_eq!(citations(text), ["FP03", "Duff17"]);
+    assert_eq!(citations("// by its edges [Lambert §2]"), ["Lambert"]);
 }
 
 #[test]
@@ -165,6 +188,28 @@ fn group_items(group: &str) -> Vec<&str> {
 
 fn without_comments(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+}
+
+/// The keys cited in comments: `[Name12]`, or any `[Name §…]`.
+fn citations(text: &str) -> Vec<String> {
+    let comments = text.lines().filter_map(|line| line.split_once("//").map(|(_, comment)| comment));
+    comments
+        .flat_map(|comment| comment.match_indices('[').filter_map(|(at, _)| citation(comment, at)))
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The key of the citation whose bracket opens at `at`.
+fn citation(comment: &str, at: usize) -> Option<&str> {
+    // What stands directly before the bracket makes it an index.
+    if comment[..at].chars().next_back().is_some_and(|c| c.is_alphanumeric() || c == '_') {
+        return None;
+    }
+    let content = comment[at + 1..].split(']').next()?;
+    let key = content.split([' ', ',']).next()?;
+    let year = key.len() > 3 && key.is_ascii() && key[key.len() - 2..].chars().all(|c| c.is_ascii_digit());
+    let name = key.starts_with(|c: char| c.is_ascii_uppercase()) && key.chars().all(|c| c.is_ascii_alphanumeric());
+    (name && (year || content.contains('§'))).then_some(key)
 }
 
 /// The room of `src/geom/bvh.rs` is `geom`, that of `src/error.rs` is `error`.

@@ -1,7 +1,8 @@
 //! The hierarchy against testing every triangle.
 
-mod support;
+mod by_hand;
 
+use by_hand::{material, patch, triangle};
 use glam::{Vec2, Vec3};
 use penombre::geom::Ray;
 use penombre::geom::bvh::{Bvh, closest_by_brute_force};
@@ -9,7 +10,6 @@ use penombre::math::sequence::Sequence;
 use penombre::scene::Scene;
 use penombre::scene::material::MaterialId;
 use penombre::scene::texture::{Texture, TextureId};
-use support::{material, patch, triangle};
 
 /// A soup of triangles of many sizes, half of them with a cut-out mask.
 fn soup() -> Scene {

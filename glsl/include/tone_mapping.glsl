@@ -5,6 +5,13 @@ const uint ACES = 2u;
 const uint AGX = 3u;
 const uint PBR_NEUTRAL = 4u;
 
+const float MAX_INPUT = 1e6; // bounds the squares of the fits
+
+// Not a number and less than nothing count as black.
+vec3 finite(vec3 c) {
+    return mix(vec3(0.0), min(c, MAX_INPUT), greaterThan(c, vec3(0.0)));
+}
+
 vec3 reinhard(vec3 c) {
     return c / (1.0 + dot(c, vec3(0.2126, 0.7152, 0.0722)));
 }

@@ -2,22 +2,30 @@
 
 use super::values;
 use crate::error::{Error, Result};
+use crate::image::atomic;
+use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
-use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
+use crate::scene::{Display, ToneMapping};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
+
+/// Heading of the options about drawing.
+const GPU: &str = "GPU";
+/// Heading of the options about what is said and logged.
+const MESSAGES: &str = "Messages";
 
 const AFTER_HELP: &str = "\
 Examples:
   penombre render scene.toml -o image.png --time 10
-  penombre render model.obj -o image.exr -o image.png --size 1920x1080 --aa 16 --log frames.csv
-  penombre reference scene.toml -o ref.exr --direct-only --spp 1024 --filter point
+  penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
+  penombre reference scene.toml -o ref.exr --direct-only --filter point
   penombre info
 
-Exit status: 0 done, 2 bad usage or input, 3 no usable Vulkan device, 4 device lost or out of memory,
-70 internal error, 130 interrupted (the outputs are written all the same).";
+Exit status:
+  0 done    2 bad usage or input    3 no usable Vulkan device    4 device lost or out of memory
+  70 internal error    130 interrupted (the outputs are written all the same)";
 
 /// Progressive global illumination: exact geometry from the first frame, lighting that converges
 #[derive(Debug, Parser)]
@@ -54,27 +62,25 @@ pub struct RenderArgs {
     /// The light engine.
     #[command(flatten)]
     pub engine: EngineArgs,
+    /// How changed lighting is redrawn
+    #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode(), help_heading = GPU)]
+    pub update: UpdateMode,
+    /// Milliseconds between two frames while the camera is still
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, default_value = "40", value_parser = values::milliseconds,
+        help_heading = GPU)]
+    pub refresh: Duration,
     /// The Vulkan device.
     #[command(flatten)]
     pub device: DeviceArgs,
+    /// Frame log (CSV, a row a frame); a summary goes beside it as FRAMES.json
+    #[arg(long, value_name = "FRAMES.csv", value_parser = values::csv_path, help_heading = MESSAGES)]
+    pub log: Option<PathBuf>,
+    /// Reference image of the same view: adds error columns to the log
+    #[arg(long, value_name = "REF.exr", requires = "log", help_heading = MESSAGES)]
+    pub reference: Option<PathBuf>,
     /// How much is said.
     #[command(flatten)]
     pub verbosity: VerbosityArgs,
-    /// How changed lighting is redrawn
-    #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode())]
-    pub update: UpdateMode,
-    /// Redraw the written image N times with sub-pixel offsets and average
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub aa: u32,
-    /// Milliseconds between two frames while the camera is still
-    #[arg(long, value_name = "MS", allow_negative_numbers = true, default_value = "40", value_parser = values::milliseconds)]
-    pub refresh: Duration,
-    /// Frame log (CSV, a row a frame); a summary goes beside it as FRAMES.json
-    #[arg(long, value_name = "FRAMES.csv", value_parser = values::csv_path)]
-    pub log: Option<PathBuf>,
-    /// Reference image of the same view: adds error columns to the log
-    #[arg(long, value_name = "REF.exr", requires = "log")]
-    pub reference: Option<PathBuf>,
 }
 
 /// The scene and the view of it.
@@ -93,16 +99,32 @@ pub struct SceneArgs {
 
 /// What is written, and how it is displayed.
 #[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Output")]
 pub struct OutputArgs {
     /// File to write: .exr (linear, with layers) or .png (as displayed); may repeat
     #[arg(short = 'o', long = "output", value_name = "OUT", required = true, value_parser = values::image_path)]
     pub paths: Vec<PathBuf>,
+    /// Redraw the written image N times with sub-pixel offsets and average
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub aa: u32,
     /// Exposure in stops [default: the scene's, or 0]
     #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = values::stops)]
     pub exposure: Option<f32>,
     /// Tone-mapping operator [default: the scene's, or aces]
     #[arg(long, value_name = "OPERATOR", value_parser = values::tone_mapping())]
     pub tone_mapping: Option<ToneMapping>,
+}
+
+impl OutputArgs {
+    /// How the image is displayed: as asked, else as the scene says.
+    #[must_use]
+    pub fn display(&self, scene: &Display) -> Display {
+        Display {
+            exposure: self.exposure.unwrap_or(scene.exposure),
+            tone_mapping: self.tone_mapping.unwrap_or(scene.tone_mapping),
+        }
+    }
 }
 
 /// When to stop: at the first limit reached, or when nothing is left to improve.
@@ -125,7 +147,7 @@ pub struct BudgetArgs {
 
 /// The light engine.
 #[derive(Args, Clone, Copy, Debug)]
-#[command(next_help_heading = "Engine")]
+#[command(next_help_heading = "Light engine")]
 pub struct EngineArgs {
     /// Threads that trace rays [default: all cores]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=256))]
@@ -140,6 +162,7 @@ pub struct EngineArgs {
 
 /// The Vulkan device.
 #[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = GPU)]
 pub struct DeviceArgs {
     /// Vulkan device, by number or part of its name (see `penombre info`) [default: the fastest kind]
     #[arg(long, value_name = "INDEX|NAME")]
@@ -148,6 +171,7 @@ pub struct DeviceArgs {
 
 /// How much is said.
 #[derive(Args, Clone, Copy, Debug, Default)]
+#[command(next_help_heading = MESSAGES)]
 pub struct VerbosityArgs {
     /// Say more: device, formats, times
     #[arg(short, long, conflicts_with = "quiet")]
@@ -225,11 +249,33 @@ impl SceneArgs {
 }
 
 impl RenderArgs {
+    /// Every file that the command writes: images, frame log, summary.
+    fn written(&self) -> Vec<PathBuf> {
+        let log = self.log.iter().flat_map(|log| [log.clone(), Summary::path_beside(log)]);
+        self.output.paths.iter().cloned().chain(log).collect()
+    }
+
+    /// Checks before any work that all files can be written and that none would replace the reference.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that lists every fault.
+    pub fn check_outputs(&self) -> Result<()> {
+        let written = self.written();
+        let paths: Vec<&Path> = written.iter().map(PathBuf::as_path).collect();
+        atomic::check_writable(&paths)?;
+        match &self.reference {
+            Some(reference) if paths.iter().any(|p| atomic::is_same_file(p, reference)) => {
+                Err(Error::Usage(format!("{}: is both the reference and an output", reference.display())))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The options that determine the image, for its EXR attributes.
     #[must_use]
     pub fn image_options(&self) -> String {
         let mut text = self.scene.image_options("render", self.engine.seed);
-        text += &format!(" --update {} --aa {}", self.update.name(), self.aa);
+        text += &format!(" --update {} --aa {}", self.update.name(), self.output.aa);
         let BudgetArgs { frames, rays, error, .. } = self.budget;
         let budgets = [
             ("frames", frames.map(|n| n.to_string())),
@@ -252,6 +298,14 @@ impl ReferenceArgs {
             PixelFilter::Box => "box",
         };
         self.scene.image_options("reference", self.seed) + &format!(" --direct-only --filter {filter}")
+    }
+
+    /// Checks before any work that the file can be written.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] saying why not.
+    pub fn check_outputs(&self) -> Result<()> {
+        atomic::check_writable(&[&self.output])
     }
 
     /// Samples a pixel at most.

@@ -76,7 +76,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
 /// Turns a panic on any thread into a message and exit status 70.
 ///
 /// The process ends in the hook: a panic on a worker would otherwise leave the others waiting for it.
-fn install_panic_hook() {
+pub fn install_panic_hook() {
     std::panic::set_hook(Box::new(|panic| {
         output::report(&format!("internal error: {panic}\nplease report it with the command line and `penombre info`"));
         atomic::remove_temporaries();

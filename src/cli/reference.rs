@@ -5,7 +5,6 @@ use super::{Outcome, interrupt, output, scene};
 use crate::error::{Error, Result};
 use crate::estimate::direct::World;
 use crate::geom::bvh::Bvh;
-use crate::image::atomic;
 use crate::image::exr::{Provenance, ReferenceLayers, write_reference};
 use crate::reference::{Accumulator, Filter};
 use crate::scene::Scene;
@@ -19,7 +18,7 @@ use std::time::{Duration, Instant};
 /// # Errors
 /// Bad input, or an output that cannot be written.
 pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
-    atomic::check_writable(&[&args.output])?;
+    args.check_outputs()?;
     let loaded = scene::load_and_warn(&args.scene)?;
     let camera = scene::camera(&loaded.scene, args.scene.camera.as_deref())?;
     let view = scene::view(&loaded.scene, &camera, &args.scene);

@@ -7,7 +7,7 @@ use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::image::exr::{RgbImage, read_rgb};
-use crate::image::{atomic, film};
+use crate::image::film;
 use crate::log::summary::Summary;
 use crate::pass::Renderer;
 use crate::refine::engine::{Engine, Visible};
@@ -27,8 +27,7 @@ use std::time::Instant;
 /// # Errors
 /// Bad input, no usable device, a lost device, or an output that cannot be written.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
-    let outputs: Vec<&Path> = args.output.paths.iter().chain(&args.log).map(|p| &**p).collect();
-    atomic::check_writable(&outputs)?;
+    args.check_outputs()?;
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
     let gpu = open_gpu(args)?;
     let loading = Instant::now();
@@ -37,12 +36,12 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     summary.times.load = Some(loading.elapsed().as_secs_f64());
     summary.warnings = report.faults.iter().map(ToString::to_string).collect();
     let camera = scene::camera(&scene, args.scene.camera.as_deref())?;
-    let display = scene::display(&scene, args.output.exposure, args.output.tone_mapping);
+    let display = args.output.display(&scene.display);
     let scene = Arc::new(scene);
     let hierarchy = build_hierarchy(&scene)?;
     let mut gpu = join(gpu)??;
     let view = scene::view(&scene, &camera, &args.scene);
-    let faces = prepare(&mut gpu.renderer, &scene, &view, args.aa)?;
+    let faces = prepare(&mut gpu.renderer, &scene, &view, args.output.aa)?;
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
     let engine = start_engine(args, &scene, hierarchy)?;
     engine.set_visible(Visible { generation: 1, eye: view.eye, faces });
@@ -169,7 +168,7 @@ fn prepare(renderer: &mut Renderer, scene: &Scene, view: &View, aa: u32) -> Resu
 
 /// Writes all outputs; returns warnings.
 fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> Result<Vec<String>> {
-    let still = stills::take(renderer, shot.view, shot.display, args.aa)?;
+    let still = stills::take(renderer, shot.view, shot.display, args.output.aa)?;
     let mut warnings = Vec::new();
     for path in &args.output.paths {
         if let Some(warning) = still.write(path, &args.image_options(), shot.camera)? {

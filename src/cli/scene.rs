@@ -3,9 +3,9 @@
 use super::args::SceneArgs;
 use super::output;
 use crate::error::{Error, Result};
+use crate::scene::Scene;
 use crate::scene::camera::{Camera, View};
 use crate::scene::load::{Loaded, load};
-use crate::scene::{Display, Scene, ToneMapping};
 
 /// Loads the scene and prints the loader's warnings.
 ///
@@ -38,13 +38,4 @@ pub fn camera(scene: &Scene, name: Option<&str>) -> Result<Camera> {
 #[must_use]
 pub fn view(scene: &Scene, camera: &Camera, args: &SceneArgs) -> View {
     View::new(camera, args.size, scene.diagonal())
-}
-
-/// The scene's display settings, overridden by options.
-#[must_use]
-pub fn display(scene: &Scene, exposure: Option<f32>, tone_mapping: Option<ToneMapping>) -> Display {
-    Display {
-        exposure: exposure.unwrap_or(scene.display.exposure),
-        tone_mapping: tone_mapping.unwrap_or(scene.display.tone_mapping),
-    }
 }

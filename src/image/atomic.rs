@@ -72,6 +72,18 @@ fn resolve(path: &Path) -> PathBuf {
     }
 }
 
+/// Whether two paths name the same file, or would once it exists.
+#[must_use]
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
+    let located = |path: &Path| {
+        let target = resolve(path);
+        // The file may not exist yet, but `./a` and `a` share a folder that does.
+        let folder = fs::canonicalize(folder_of(&target)).unwrap_or_else(|_| folder_of(&target).to_owned());
+        folder.join(target.file_name().unwrap_or_default())
+    };
+    located(a) == located(b)
+}
+
 fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -117,7 +129,7 @@ fn temporary_beside(target: &Path) -> io::Result<NamedTempFile> {
 pub fn check_writable(paths: &[&Path]) -> Result<()> {
     let mut faults: Vec<String> = paths.iter().filter_map(|p| fault_of(p)).collect();
     for (i, path) in paths.iter().enumerate() {
-        if paths[..i].iter().any(|earlier| resolve(earlier) == resolve(path)) {
+        if paths[..i].iter().any(|earlier| is_same_file(earlier, path)) {
             faults.push(format!("{}: named twice as an output; give each its own file", path.display()));
         }
     }
@@ -239,6 +251,8 @@ mod tests {
         assert!(lines[2].contains("file is not a folder"), "{text}");
         assert!(lines[3].contains("twice"), "{text}");
         check_writable(&[&good]).expect("a good path");
+        assert!(is_same_file(&good, &folder.path().join(".").join("good.exr")));
+        assert!(!is_same_file(&good, &nowhere));
         assert_eq!(entries(folder.path()), 1, "the check leaves nothing behind");
     }
 

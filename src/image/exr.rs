@@ -20,6 +20,9 @@ pub const MAX_SIDE: u32 = 16_384;
 /// Largest finite half.
 const HALF_MAX: f32 = 65_504.0;
 
+/// Above what any compression of EXR reaches (deflate: 1032).
+const MAX_COMPRESSION: u64 = 4096;
+
 type Channel = file::AnyChannel<FlatSamples>;
 
 /// What an image says of its own making. It goes into the file, so it must hold nothing that may differ between two
@@ -278,6 +281,14 @@ fn check_header(path: &Path) -> Result<()> {
         if header.channels.list.iter().any(|c| c.sampling != file::Vec2(1, 1)) {
             return Err(refused(path, "has subsampled channels; save it with full-resolution R, G and B"));
         }
+    }
+    let length = std::fs::metadata(path).map_err(|e| Error::io(path, "cannot read", e))?.len();
+    let claimed: u64 = meta.headers.iter().map(|h| h.total_pixel_bytes() as u64).sum();
+    if claimed > MAX_COMPRESSION.saturating_mul(length) {
+        return Err(refused(
+            path,
+            &format!("has {length} bytes for {claimed} bytes of pixels: it is cut off or damaged"),
+        ));
     }
     Ok(())
 }

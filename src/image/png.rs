@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::scene::Display;
 use crate::scene::camera::ImageSize;
 use glam::Vec4;
+use rayon::prelude::*;
 use std::io::{self, BufWriter};
 use std::path::Path;
 
@@ -19,11 +20,9 @@ use std::path::Path;
 /// If `combined` has not one element a pixel.
 pub fn write(path: &Path, size: ImageSize, combined: &[Vec4], display: &Display) -> Result<()> {
     assert_eq!(combined.len(), size.pixels(), "one value a pixel");
-    let bytes: Vec<u8> = combined
-        .iter()
-        .flat_map(|p| tone_mapping::display(p.truncate(), display.exposure, display.tone_mapping))
-        .collect();
-    write_bytes(path, size, &bytes)
+    let shown = |p: &Vec4| tone_mapping::display(p.truncate(), display.exposure, display.tone_mapping);
+    let pixels: Vec<[u8; 3]> = combined.par_iter().map(shown).collect();
+    write_bytes(path, size, pixels.as_flattened())
 }
 
 fn write_bytes(path: &Path, size: ImageSize, bytes: &[u8]) -> Result<()> {

@@ -75,7 +75,7 @@ pub struct FrameRecord {
     pub camera_moved: bool,
     /// The passes.
     pub passes: PassRecord,
-    /// The engine's totals after this frame; `cpu_ms` is their CPU time.
+    /// The engine's totals after this frame; `cpu_ms` is their CPU time since the row before.
     pub engine: EngineStats,
     /// Memory of the cache and of the GPU's copies, MiB.
     pub memory_mib: Option<f64>,
@@ -90,6 +90,8 @@ pub struct FrameLog {
     writer: Writer<File>,
     first_frame: Instant,
     with_error: bool,
+    /// The engine's CPU time at the row before, seconds.
+    cpu_before: f64,
 }
 
 impl FrameLog {
@@ -99,7 +101,8 @@ impl FrameLog {
     /// [`Error::Io`] naming the file.
     pub fn create(path: &Path, first_frame: Instant, with_error: bool) -> Result<Self> {
         let file = File::create(path).map_err(|e| Error::io(path, "cannot create", e))?;
-        let mut log = Self { path: path.to_owned(), writer: Writer::from_writer(file), first_frame, with_error };
+        let mut log =
+            Self { path: path.to_owned(), writer: Writer::from_writer(file), first_frame, with_error, cpu_before: 0.0 };
         let errors = if with_error { ERROR_COLUMNS.as_slice() } else { &[] };
         log.write(&COLUMNS.iter().chain(errors).collect::<ByteRecord>())?;
         Ok(log)
@@ -110,7 +113,8 @@ impl FrameLog {
     /// # Errors
     /// [`Error::Io`] naming the file.
     pub fn record(&mut self, row: &FrameRecord) -> Result<()> {
-        let mut fields = fields(row, row.at.saturating_duration_since(self.first_frame));
+        let cpu_seconds = row.engine.cpu_seconds - std::mem::replace(&mut self.cpu_before, row.engine.cpu_seconds);
+        let mut fields = fields(row, row.at.saturating_duration_since(self.first_frame), cpu_seconds);
         if self.with_error {
             fields.extend([
                 scientific(row.error.map(|e| e.rmse)),
@@ -128,13 +132,13 @@ impl FrameLog {
     }
 }
 
-fn fields(row: &FrameRecord, time: Duration) -> Vec<String> {
+fn fields(row: &FrameRecord, time: Duration, cpu_seconds: f64) -> Vec<String> {
     let FrameRecord { passes, engine, .. } = row;
     vec![
         row.frame.to_string(),
         milliseconds(Some(time)),
         u8::from(row.camera_moved).to_string(),
-        format!("{:.3}", engine.cpu_seconds * 1e3),
+        format!("{:.3}", cpu_seconds * 1e3),
         milliseconds(passes.visibility),
         milliseconds(passes.colour),
         milliseconds(passes.luminance),
@@ -199,8 +203,14 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).expect("log"), format!("{HEADER}\n"));
         log.record(&row(start + Duration::from_millis(40))).expect("row");
         // The log is still open: the row must not wait in a buffer.
-        let text = std::fs::read_to_string(&path).expect("log");
-        assert_eq!(text, format!("{HEADER}\n3,40.000,1,12.500,,,1.500,0.000,,0,,,,1000,20,30,12.3,\n"));
+        let first = format!("{HEADER}\n3,40.000,1,12.500,,,1.500,0.000,,0,,,,1000,20,30,12.3,\n");
+        assert_eq!(std::fs::read_to_string(&path).expect("log"), first);
+
+        let mut next = row(start + Duration::from_micros(80_500));
+        next.engine.cpu_seconds += 0.030;
+        log.record(&next).expect("row");
+        let second = "3,80.500,1,30.000,,,1.500,0.000,,0,,,,1000,20,30,12.3,\n";
+        assert_eq!(std::fs::read_to_string(&path).expect("log"), first + second, "CPU time is the frame's own");
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod scene_buffers;
 mod shared;
 mod targets;
 mod visibility;
+mod warm_up;
 
 pub use frame::{FrameOptions, FrameStats, UpdateMode};
 pub use readback::Layers;

@@ -69,7 +69,8 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Compiles the pipelines. Needs no scene, so that it can run while one loads.
+    /// Compiles the pipelines and draws a miniature with each, so that no frame waits for the driver's compiler and
+    /// the stencil mode is known to work. Needs no scene: it can run while one loads.
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when memory runs out.
@@ -82,7 +83,7 @@ impl Renderer {
         bindings.bind_uniform(&uniform);
         bindings.bind_images(&targets.sampled());
         let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 45.0 };
-        Ok(Self {
+        let mut renderer = Self {
             passes: Passes::new(&device, &bindings)?,
             read_back: ReadBack::new(&device, size.pixels())?,
             scene: SceneBuffers::new(&device, &mut commands, &Scene::default())?,
@@ -101,13 +102,22 @@ impl Renderer {
             bindings,
             commands,
             device,
-        })
+        };
+        renderer.warm_up()?;
+        Ok(renderer)
     }
 
     /// The device that it draws on.
     #[must_use]
     pub const fn device(&self) -> &Arc<Device> {
         &self.device
+    }
+
+    /// Whether the device redraws triangles at exactly equal depth, as the stencil mode needs; otherwise patches are
+    /// drawn by id whatever the options say.
+    #[must_use]
+    pub const fn stencil_works(&self) -> bool {
+        self.stencil_works
     }
 
     /// Sends a scene, in place of the one before. The luminance mesh starts empty.

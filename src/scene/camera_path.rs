@@ -1,6 +1,7 @@
 //! A camera's flight, and edits of lights on the way: the file of `--camera-path`.
 
 use super::camera::Camera;
+use super::input;
 use super::report::Report;
 use super::toml_walk::{At, Document, Table};
 use crate::error::{Error, Result};
@@ -42,14 +43,21 @@ pub struct LightEdit {
     pub on: Option<bool>,
 }
 
-/// Reads a camera path; all its faults are in [`Error::Input`].
+/// Reads a camera path.
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be read, [`Error::Input`] with all its faults.
 pub fn load_camera_path(path: &Path) -> Result<CameraPath> {
-    let bytes = std::fs::read(path).map_err(|e| Error::io(path, "cannot read", e))?;
-    let mut report = Report::default();
-    let Ok(text) = String::from_utf8(bytes) else {
-        report.error(path, None, "is not UTF-8 text: a camera path is a TOML file with [[key]] entries");
-        return Err(Error::Input(report));
-    };
+    std::fs::metadata(path).map_err(|e| Error::io(path, "cannot read", e))?;
+    let text = input::read_scene_file(path).and_then(|bytes| {
+        String::from_utf8(bytes)
+            .map_err(|_| "is not UTF-8 text: a camera path is a TOML file with [[key]] entries".into())
+    });
+    let text = text.map_err(|why| {
+        let mut report = Report::default();
+        report.error(path, None, why);
+        Error::Input(report)
+    })?;
     let (camera_path, report) = read(path, &text);
     if report.has_errors() { Err(Error::Input(report)) } else { Ok(camera_path) }
 }

@@ -4,6 +4,8 @@ use std::path::Path;
 
 /// Largest OBJ or MTL file that is read, bytes.
 const MAX_FILE: u64 = 2 << 30;
+/// Largest scene file, bytes: its parsed form is many times larger.
+const MAX_SCENE_FILE: u64 = 16 << 20;
 /// So much of a file is searched for NUL bytes, which no text has.
 const SNIFFED: usize = 4096;
 
@@ -29,8 +31,17 @@ pub(super) fn kind(path: &Path) -> Result<Kind, String> {
 
 const GLTF: &str = "glTF is not supported yet: export the scene as OBJ (in Blender: File > Export > Wavefront)";
 
-/// Reads a text file whole, or says why not. Never reads devices, pipes or files beyond 2 GiB.
+/// Reads an OBJ or MTL file whole, or says why not. Never reads devices, pipes or files beyond 2 GiB.
 pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, String> {
+    read_up_to(path, MAX_FILE)
+}
+
+/// Reads a scene file whole, or says why not.
+pub(super) fn read_scene_file(path: &Path) -> Result<Vec<u8>, String> {
+    read_up_to(path, MAX_SCENE_FILE)
+}
+
+fn read_up_to(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
     let data = std::fs::metadata(path).map_err(|e| format!("cannot be read: {e}"))?;
     if data.is_dir() {
         return Err("is a directory: name a file in it".into());
@@ -38,8 +49,8 @@ pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, String> {
     if !data.is_file() {
         return Err("is not a regular file".into());
     }
-    if data.len() > MAX_FILE {
-        return Err("is larger than 2 GiB: split it into several OBJ files".into());
+    if data.len() > limit {
+        return Err(format!("is larger than {} MiB: split it into several files", limit >> 20));
     }
     let bytes = std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
     refuse(&bytes).map_or(Ok(bytes), |why| Err(why.into()))

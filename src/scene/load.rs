@@ -9,7 +9,6 @@ use super::report::Report;
 use super::scene_file::{self, Description};
 use super::stock::Stock;
 use super::texture::{Texture, TextureId};
-use super::toml_walk::At;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, textures};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
@@ -75,9 +74,8 @@ pub struct Timings {
 pub fn load(path: &Path) -> Result<Loaded> {
     let start = Instant::now();
     let (description, mut report) = describe(path)?;
-    let directory = path.parent().unwrap_or(Path::new("")).to_owned();
     let mut timings = Timings::default();
-    let files = read_objs(path, &directory, &description, &mut report);
+    let files = read_objs(path, &description, &mut report);
     timings.text = start.elapsed();
     let mut stock = Stock::default();
     let slots: Vec<Slots> = files.iter().map(|file| resolve(file, &mut stock, &mut report)).collect();
@@ -122,14 +120,14 @@ fn describe(path: &Path) -> Result<(Description, Report)> {
     }
     match input::kind(path).map_err(refuse)? {
         Kind::SceneFile => {
-            let bytes = input::read_text(path).map_err(refuse)?;
+            let bytes = input::read_scene_file(path).map_err(refuse)?;
             let text = String::from_utf8(bytes).map_err(|_| refuse("is not UTF-8, which TOML has to be".into()))?;
             Ok(scene_file::read(path, &text))
         }
         Kind::Obj => {
             std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
-            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let description = Description { objs: vec![At { value: name, line: 0 }], ..Description::default() };
+            let objs = vec![scene_file::ObjFile { path: path.to_owned(), line: None }];
+            let description = Description { objs, ..Description::default() };
             Ok((description, Report::default()))
         }
     }
@@ -141,28 +139,24 @@ struct ObjFile {
     text: ObjText,
 }
 
-fn read_objs(main: &Path, directory: &Path, description: &Description, report: &mut Report) -> Vec<ObjFile> {
-    let read = |obj: &At<String>| -> Result<ObjFile, String> {
-        // A bare OBJ's name is the path itself.
-        let path = if obj.line == 0 { main.to_owned() } else { directory.join(&obj.value) };
-        input::kind(&path).and_then(|kind| match kind {
-            Kind::Obj => Ok(()),
-            Kind::SceneFile => Err("is a scene file: name an OBJ".into()),
-        })?;
-        let bytes = input::read_text(&path)?;
-        let text = ObjText::read(&path, &bytes);
-        Ok(ObjFile { path, text })
+fn read_objs(main: &Path, description: &Description, report: &mut Report) -> Vec<ObjFile> {
+    let read = |obj: &scene_file::ObjFile| -> Result<ObjFile, String> {
+        if input::kind(&obj.path)? == Kind::SceneFile {
+            return Err("is a scene file: name an OBJ".into());
+        }
+        let bytes = input::read_text(&obj.path)?;
+        Ok(ObjFile { path: obj.path.clone(), text: ObjText::read(&obj.path, &bytes) })
     };
     let results: Vec<_> = description.objs.par_iter().map(read).collect();
     let mut files = Vec::new();
     for (result, obj) in results.into_iter().zip(&description.objs) {
-        match result {
-            Ok(mut file) => {
+        match (result, obj.line) {
+            (Ok(mut file), _) => {
                 report.faults.append(&mut file.text.report.faults);
                 files.push(file);
             }
-            Err(why) if obj.line == 0 => report.error(main, None, why),
-            Err(why) => report.error(main, Some(obj.line), format!("{}: {why}", obj.value)),
+            (Err(why), None) => report.error(main, None, why),
+            (Err(why), line) => report.error(main, line, format!("{}: {why}", obj.path.display())),
         }
     }
     files

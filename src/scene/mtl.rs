@@ -6,6 +6,7 @@
 use super::obj_text::Named;
 use super::report::Report;
 use super::text::{self, Lines, Warnings};
+use std::collections::HashMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -46,50 +47,21 @@ pub(super) enum Map {
 }
 
 /// Statements that say nothing to this renderer, or that it does not use yet.
-const UNUSED: &[&str] = &[
-    "Ka",
-    "Km",
-    "Kt",
-    "Ni",
-    "Tf",
-    "sharpness",
-    "map_Ka",
-    "map_Ks",
-    "map_Ns",
-    "map_Km",
-    "map_refl",
-    "map_aat",
-    "map_bump",
-    "map_Bump",
-    "bump",
-    "disp",
-    "decal",
-    "refl",
-    "norm",
-    "Pr",
-    "Pm",
-    "Ps",
-    "Pc",
-    "Pcr",
-    "aniso",
-    "anisor",
-    "map_Pr",
-    "map_Pm",
-    "map_Ps",
-    "map_Pc",
-    "map_Pcr",
-    "map_aniso",
-    "map_disp",
-    "map_Ni",
-    "map_Tr",
-    "map_opacity",
-    "map_norm",
-    "map_decal",
-];
+/// In lower case.
+const UNUSED: &str = "ka km kt ni tf sharpness map_ka map_ks map_ns map_km map_ni map_tr map_aat map_refl map_bump bump \
+                      disp map_disp decal map_decal refl norm map_norm map_opacity pr pm ps pc pcr aniso anisor map_pr \
+                      map_pm map_ps map_pc map_pcr map_aniso map_anisor map_rma map_orm";
 
 /// The materials of the MTL file `file`, in order; of two of one name the later counts.
 pub(super) fn read(file: &Path, bytes: &[u8]) -> (Vec<MtlMaterial>, Report) {
-    let mut pass = Pass { file, out: Vec::new(), materials: Vec::new(), warnings: Warnings::new(file), clear: false };
+    let mut pass = Pass {
+        file,
+        out: Vec::new(),
+        materials: Vec::new(),
+        warnings: Warnings::new(file),
+        lines: HashMap::new(),
+        has_d: false,
+    };
     let mut lines = Lines::new(bytes);
     while let Some(line) = lines.next() {
         match line {
@@ -119,8 +91,10 @@ struct Pass<'a> {
     out: Vec<u8>,
     materials: Vec<MtlMaterial>,
     warnings: Warnings<'a>,
+    /// Line of each name's `newmtl`.
+    lines: HashMap<String, u32>,
     /// Whether the current material's opacity came from `d`, which wins over `Tr`.
-    clear: bool,
+    has_d: bool,
 }
 
 impl Pass<'_> {
@@ -146,7 +120,7 @@ impl Pass<'_> {
                 "map_kd" => self.map(Map::Kd, rest, number),
                 "map_ke" => self.map(Map::Ke, rest, number),
                 "map_d" => self.map(Map::D, rest, number),
-                lower if UNUSED.iter().any(|k| k.eq_ignore_ascii_case(lower)) => {}
+                lower if UNUSED.split_whitespace().any(|known| known == lower) => {}
                 _ => {
                     self.warnings.add("unknown keyword", number, || {
                         format!("{} is not known: the line is left out", text::quote(keyword.as_bytes()))
@@ -160,8 +134,13 @@ impl Pass<'_> {
         if rest.is_empty() {
             self.warn("newmtl", line, "newmtl without a name: the material cannot be used");
         }
-        self.clear = false;
+        self.has_d = false;
         let name = text::decode(rest);
+        if let Some(first) = self.lines.insert(name.clone(), line) {
+            self.warnings.add("material defined twice", line, || {
+                format!("material {name} stands already at line {first}: the later one counts")
+            });
+        }
         let _ = writeln!(self.out, "newmtl {}", self.materials.len());
         self.materials.push(MtlMaterial { name, file: self.file.to_owned(), line, ..MtlMaterial::default() });
     }
@@ -209,9 +188,9 @@ impl Pass<'_> {
         }
         let value = value.clamp(0.0, 1.0);
         if keyword == "d" {
-            self.clear = true;
+            self.has_d = true;
             let _ = writeln!(self.out, "d {value}");
-        } else if !self.clear {
+        } else if !self.has_d {
             let _ = writeln!(self.out, "d {}", 1.0 - value);
         }
     }

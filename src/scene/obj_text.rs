@@ -112,12 +112,9 @@ impl ObjText {
     fn position(&mut self, rest: &[u8], line: u32, survey: &mut Survey, warnings: &mut Warnings) {
         let index = survey.totals.0[0];
         survey.totals.0[0] += 1;
-        if let Some(p) = numbers::<3>(rest) {
-            if p.iter().all(|x| x.abs() <= MAX_COORDINATE) {
-                // A fourth number (w) belongs to rational curves; colours after it are not used.
-                self.copy_words(b"v", rest, 3);
-                return;
-            }
+        if numbers::<3>(rest).is_some_and(|p| p.iter().all(|x| x.abs() <= MAX_COORDINATE)) {
+            // A fourth number (w) belongs to rational curves; colours after it are not used.
+            return self.copy_words(b"v", rest, 3);
         }
         survey.unusable.push(index);
         self.vertices.extend_from_slice(b"v 0 0 0\n");

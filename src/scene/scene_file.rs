@@ -7,16 +7,25 @@ use super::toml_walk::{At, Document, Table};
 use super::{Display, EmissionSide, ToneMapping};
 use glam::Vec3;
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Vertical field of view of a camera that gives none, degrees.
 const DEFAULT_FOV: f32 = 45.0;
 
+/// An OBJ file of a scene.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct ObjFile {
+    /// Where it is.
+    pub path: PathBuf,
+    /// The line of the scene file that names it; `None` for a bare OBJ.
+    pub line: Option<u32>,
+}
+
 /// What a scene file says.
 #[derive(Debug, Default)]
 pub(super) struct Description {
-    /// OBJ files as written, relative to the scene file.
-    pub objs: Vec<At<String>>,
+    /// OBJ files.
+    pub objs: Vec<ObjFile>,
     /// Which side of emissive triangles emits.
     pub emission_side: EmissionSide,
     /// Smoothing of OBJs without normals, degrees.
@@ -38,7 +47,8 @@ pub(super) fn read(file: &Path, text: &str) -> (Description, Report) {
     let (mut document, root) = Document::parse(file, text);
     let mut table = Table::root(&mut document, &root);
     let mut out = Description::default();
-    let geometry = table.tables("geometry", "[geometry]", |t| read_geometry(t, &mut out));
+    let directory = file.parent().unwrap_or(Path::new(""));
+    let geometry = table.tables("geometry", "[geometry]", |t| read_geometry(t, directory, &mut out));
     if geometry.is_empty() {
         table.error(1, "the scene has no geometry: add [geometry] with obj = [\"file.obj\"]");
     }
@@ -56,10 +66,13 @@ pub(super) fn read(file: &Path, text: &str) -> (Description, Report) {
     (out, document.finish())
 }
 
-fn read_geometry(t: &mut Table, out: &mut Description) {
+fn read_geometry(t: &mut Table, directory: &Path, out: &mut Description) {
     match t.strings("obj") {
         Some(objs) if objs.is_empty() => t.error(t.line, "obj is empty: name at least one OBJ file"),
-        Some(objs) => out.objs = objs,
+        Some(objs) => {
+            let file = |at: At<String>| ObjFile { path: directory.join(at.value), line: Some(at.line) };
+            out.objs.extend(objs.into_iter().map(file));
+        }
         None => t.error(t.line, "[geometry] lacks obj"),
     }
     let sides = [("front", EmissionSide::Front), ("both", EmissionSide::Both)];

@@ -107,6 +107,10 @@ fn find_any_case(directory: &Path, name: &str) -> Option<PathBuf> {
 
 fn decode(path: &Path, role: Role) -> Result<Texture, String> {
     let say = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+    // Decoders may hold the whole file.
+    if std::fs::metadata(path).map_err(|e| say(&e))?.len() > MAX_BYTES {
+        return Err(say(&"the file is larger than 512 MiB"));
+    }
     let reader = image::ImageReader::open(path).map_err(|e| say(&e))?;
     let mut reader = reader.with_guessed_format().map_err(|e| say(&e))?;
     let mut limits = image::Limits::default();

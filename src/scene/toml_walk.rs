@@ -11,6 +11,8 @@ use toml::de::{DeTable, DeValue};
 pub(super) struct Document<'a> {
     file: &'a Path,
     text: &'a str,
+    /// Offsets of the line feeds.
+    line_ends: Vec<usize>,
     report: Report,
 }
 
@@ -27,7 +29,8 @@ impl<'a> Document<'a> {
     /// Reads `text`; syntax errors are noted, what could be read is returned.
     pub(super) fn parse(file: &'a Path, text: &'a str) -> (Self, Spanned<DeTable<'a>>) {
         let (root, errors) = DeTable::parse_recoverable(text);
-        let mut document = Self { file, text, report: Report::default() };
+        let line_ends = memchr::memchr_iter(b'\n', text.as_bytes()).collect();
+        let mut document = Self { file, text, line_ends, report: Report::default() };
         for error in errors {
             let line = error.span().map_or(1, |span| document.line(span));
             document.error(line, format!("TOML: {}", error.message().replace('\n', ", ")));
@@ -47,8 +50,14 @@ impl<'a> Document<'a> {
     }
 
     fn line(&self, span: Range<usize>) -> u32 {
-        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
-        1 + memchr::memchr_iter(b'\n', before).count() as u32
+        1 + self.line_ends.partition_point(|&end| end < span.start) as u32
+    }
+
+    /// What stands at `span`, shortened for a message.
+    fn excerpt(&self, span: Range<usize>) -> String {
+        let written = self.text.get(span).unwrap_or_default();
+        let short: String = written.lines().next().unwrap_or_default().chars().take(40).collect();
+        if short.len() < written.len() { format!("{short}…") } else { short }
     }
 }
 
@@ -151,9 +160,8 @@ impl<'d, 'a> Table<'d, 'a> {
         match read(found.get_ref()) {
             Some(value) => Some(At { value, line }),
             None => {
-                let got = found.get_ref().type_str();
-                self.document
-                    .error(line, format!("{key} must be {expected}, this is {}", describe(got, found.get_ref())));
+                let got = self.document.excerpt(found.span());
+                self.document.error(line, format!("{key} must be {expected}, this is {got}"));
                 None
             }
         }
@@ -216,8 +224,8 @@ impl<'d, 'a> Table<'d, 'a> {
             match item.get_ref().as_str() {
                 Some(text) => out.push(At { value: text.to_owned(), line }),
                 None => {
-                    let got = item.get_ref().type_str();
-                    self.document.error(line, format!("{key} must be file names in quotes, this is a {got}"));
+                    let got = self.document.excerpt(item.span());
+                    self.document.error(line, format!("{key} must be file names in quotes, this is {got}"));
                 }
             }
         }
@@ -249,15 +257,6 @@ fn number(value: &DeValue) -> Option<f32> {
     };
     let narrow = parsed as f32;
     narrow.is_finite().then_some(narrow)
-}
-
-fn describe(kind: &str, value: &DeValue) -> String {
-    match value {
-        DeValue::Float(float) => float.as_str().to_owned(),
-        DeValue::Integer(integer) => integer.to_string(),
-        DeValue::Array(items) => format!("an array of {}", items.len()),
-        _ => format!("a {kind}"),
-    }
 }
 
 fn nearest<'n>(name: &str, known: impl Iterator<Item = &'n str>) -> Option<&'n str> {

@@ -204,7 +204,11 @@ fn create_device(instance: &Instance, physical: vk::PhysicalDevice, queue_family
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().buffer_device_address(true).scalar_block_layout(true);
-    let mut v13 = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true).synchronization2(true);
+    let mut v13 = vk::PhysicalDeviceVulkan13Features::default()
+        .dynamic_rendering(true)
+        .synchronization2(true)
+        // SPIR-V 1.6 spells `discard` as a demotion.
+        .shader_demote_to_helper_invocation(true);
     let mut extensions = Vec::new();
     // SAFETY: a plain query.
     let available = unsafe { instance.raw.enumerate_device_extension_properties(physical) }.unwrap_or_default();

@@ -191,6 +191,8 @@ fn missing(
         need(v12.scalar_block_layout == vk::TRUE, "the feature scalarBlockLayout");
         need(v13.dynamic_rendering == vk::TRUE, "the feature dynamicRendering");
         need(v13.synchronization2 == vk::TRUE, "the feature synchronization2");
+        let demotes = v13.shader_demote_to_helper_invocation == vk::TRUE;
+        need(demotes, "the feature shaderDemoteToHelperInvocation");
     }
     for format in [ID_FORMAT, COLOUR_FORMAT, DISPLAY_FORMAT, LINEAR_FORMAT] {
         let flags = vk::FormatFeatureFlags::COLOR_ATTACHMENT | vk::FormatFeatureFlags::SAMPLED_IMAGE;

@@ -1,100 +1,155 @@
-//! Scenes built by hand, and an engine driven without a GPU.
-#![allow(dead_code, reason = "each test file uses its own part")]
+//! What the tests on a device share: the device or a reason to skip, small scenes built by hand, and their light.
+#![allow(dead_code, reason = "each test file uses a part")]
 
 use glam::{Vec2, Vec3};
-use penombre::geom::bvh::Bvh;
-use penombre::refine::engine::{Budget, Engine, Visible};
-use penombre::refine::update::{Slot, SlotId, Update};
-use penombre::refine::workers::Workers;
-use penombre::scene::light::{Light, LightKind};
+use penombre::error::Error;
+use penombre::pass::{Renderer, UpdateMode};
+use penombre::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
+use penombre::scene::camera::{Camera, ImageSize, NamedCamera, View};
 use penombre::scene::material::{Material, MaterialId};
+use penombre::scene::texture::{Texture, TextureId};
 use penombre::scene::{FaceId, Scene, TriangleId};
-use std::collections::HashMap;
+use penombre::vk::{Device, DeviceOptions};
 use std::sync::Arc;
 
-/// Adds a material.
-pub fn material(scene: &mut Scene, edit: impl FnOnce(&mut Material)) -> MaterialId {
-    let mut material = Material::grey(&format!("m{}", scene.materials.len()));
+/// Both update modes.
+pub const MODES: [UpdateMode; 2] = [UpdateMode::Stencil, UpdateMode::Id];
+
+/// A device watched by the validation layers; `None`, with one line said, where there is none.
+/// `PENOMBRE_REQUIRE_GPU=1` makes a missing device or layer a failure.
+pub fn device() -> Option<Arc<Device>> {
+    let required = std::env::var("PENOMBRE_REQUIRE_GPU").is_ok_and(|v| v == "1");
+    match Device::new(&DeviceOptions { device: None, validation: Some(true) }) {
+        Ok(device) => {
+            assert!(device.validates() || !required, "the validation layer is not installed");
+            Some(device)
+        }
+        Err(Error::NoDevice(reason)) if !required => {
+            println!("skipped: {reason}");
+            None
+        }
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// Checks that the layers were silent and that nothing made from the device is left.
+pub fn finish(device: Arc<Device>) {
+    assert_eq!(device.validation_messages(), Vec::<String>::new());
+    assert_eq!(device.live_objects(), Vec::<String>::new());
+    assert_eq!(Arc::strong_count(&device), 1);
+}
+
+/// Runs a test on a renderer, then checks what `finish` checks.
+pub fn with_renderer(test: impl FnOnce(&mut Renderer)) {
+    let Some(device) = device() else { return };
+    let mut renderer = Renderer::new(Arc::clone(&device)).unwrap();
+    test(&mut renderer);
+    drop(renderer);
+    finish(device);
+}
+
+/// A scene with the default grey material.
+pub fn empty_scene() -> Scene {
+    let camera = Camera { position: Vec3::Z * 3.0, look_at: Vec3::ZERO, up: Vec3::Y, vertical_fov: 45.0 };
+    Scene {
+        materials: vec![Material::grey("grey")],
+        cameras: vec![NamedCamera { name: "main".to_owned(), camera }],
+        ..Scene::default()
+    }
+}
+
+/// Adds a triangle; its vertices are not shared.
+pub fn add_triangle(scene: &mut Scene, corners: [Vec3; 3], uvs: [Vec2; 3], material: u32) -> TriangleId {
+    let first = scene.positions.len() as u32;
+    scene.positions.extend(corners);
+    scene.triangles.push([first, first + 1, first + 2]);
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+    scene.normals.push([normal; 3]);
+    scene.uvs.push(uvs);
+    scene.triangle_materials.push(MaterialId(material));
+    TriangleId(scene.triangles.len() as u32 - 1)
+}
+
+/// Adds a parallelogram as two triangles, front towards a × b, with texture coordinates from 0 to `repeat`.
+pub fn add_quad(scene: &mut Scene, origin: Vec3, a: Vec3, b: Vec3, material: u32, repeat: f32) {
+    let corner = |s: f32, t: f32| (origin + a * s + b * t, Vec2::new(s, t) * repeat);
+    for [p, q, r] in [[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0)], [(0.0, 0.0), (1.0, 1.0), (0.0, 1.0)]] {
+        let [(p, pt), (q, qt), (r, rt)] = [p, q, r].map(|(s, t)| corner(s, t));
+        add_triangle(scene, [p, q, r], [pt, qt, rt], material);
+    }
+}
+
+/// Adds a material, and returns its index.
+pub fn add_material(scene: &mut Scene, edit: impl FnOnce(&mut Material)) -> u32 {
+    let mut material = Material::grey("made by hand");
     edit(&mut material);
     scene.materials.push(material);
-    MaterialId(scene.materials.len() as u32 - 1)
+    scene.materials.len() as u32 - 1
 }
 
-/// Adds a flat triangle and returns its id.
-pub fn triangle(scene: &mut Scene, corners: [Vec3; 3], material: MaterialId) -> TriangleId {
-    let indices = corners.map(|p| {
-        let found =
-            scene.positions.iter().position(|q| q.to_array().map(f32::to_bits) == p.to_array().map(f32::to_bits));
-        found.unwrap_or_else(|| {
-            scene.positions.push(p);
-            scene.positions.len() - 1
-        }) as u32
-    });
-    scene.triangles.push(indices);
-    let id = TriangleId(scene.triangles.len() as u32 - 1);
-    scene.normals.push([scene.geometric_normal(id); 3]);
-    scene.uvs.push([Vec2::new(0.0, 0.0), Vec2::new(1.0, 0.0), Vec2::new(1.0, 1.0)]);
-    scene.triangle_materials.push(material);
-    id
+/// Adds a texture.
+pub fn add_texture(scene: &mut Scene, width: u32, height: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> TextureId {
+    let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
+    scene.textures.push(Texture { name: "made by hand".to_owned(), width, height, texels });
+    TextureId(scene.textures.len() as u32 - 1)
 }
 
-/// Adds a parallelogram `origin + s·u + t·v` facing u × v, in `n × n` cells of two triangles.
-pub fn patch(scene: &mut Scene, origin: Vec3, u: Vec3, v: Vec3, n: u32, material: MaterialId) -> Vec<TriangleId> {
-    let at = |i: u32, j: u32| origin + u * (i as f32 / n as f32) + v * (j as f32 / n as f32);
-    let mut ids = Vec::new();
-    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
-        ids.push(triangle(scene, [at(i, j), at(i + 1, j), at(i + 1, j + 1)], material));
-        ids.push(triangle(scene, [at(i, j), at(i + 1, j + 1), at(i, j + 1)], material));
+/// A pseudo-random number in [0, 1) from an index (PCG hash).
+pub fn noise(index: u32) -> f32 {
+    let state = index.wrapping_mul(747_796_405).wrapping_add(2_891_336_453);
+    let word = ((state >> ((state >> 28) + 4)) ^ state).wrapping_mul(277_803_737);
+    ((word >> 22) ^ word) as f32 / 4_294_967_296.0
+}
+
+/// Many small triangles in all directions, far and near.
+pub fn confetti(count: u32) -> Scene {
+    let mut scene = empty_scene();
+    let vector = |i: u32| Vec3::new(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2)) * 2.0 - 1.0;
+    for i in 0..count {
+        let centre = vector(4 * i);
+        let corners = [1, 2, 3].map(|k| centre + vector(4 * i + k) * 0.25);
+        add_triangle(&mut scene, corners, [Vec2::ZERO; 3], 0);
     }
-    ids
+    scene
 }
 
-/// Adds a light.
-pub fn light(scene: &mut Scene, kind: LightKind) {
-    let name = format!("light {}", scene.lights.len() + 1);
-    scene.lights.push(Light { name, kind });
+/// The scene's first camera on an image.
+pub fn view_of(scene: &Scene, width: u32, height: u32) -> View {
+    View::new(&scene.cameras[0].camera, ImageSize { width, height }, scene.diagonal())
 }
 
-/// Slots and leaves as the GPU would hold them, with the update's last statistics.
-#[derive(Default)]
-pub struct Mirror {
-    pub slots: HashMap<SlotId, Slot>,
-    pub leaves: HashMap<FaceId, [SlotId; 3]>,
-    pub last: Update,
+/// Loads a scene and draws what its first camera sees.
+pub fn show(renderer: &mut Renderer, scene: &Scene, width: u32, height: u32) -> Vec<(FaceId, u32)> {
+    renderer.load(scene).unwrap();
+    renderer.resize(ImageSize { width, height }).unwrap();
+    renderer.set_view(&view_of(scene, width, height), Vec2::ZERO);
+    renderer.visibility().unwrap()
 }
 
-impl Mirror {
-    pub fn apply(&mut self, update: Update) {
-        self.slots.extend(update.slots.iter().copied());
-        self.leaves.extend(update.leaves.iter().map(|(_, leaf)| (leaf.face, leaf.slots)));
-        self.last = update;
+/// An update that draws the given faces as one leaf each (leaf id = face id, slots 3·face …), `light` giving each
+/// corner's slot. `drawn` says whether they were drawn before.
+pub fn base_update(
+    scene: &Scene,
+    faces: impl IntoIterator<Item = FaceId>,
+    drawn: bool,
+    light: impl Fn(FaceId, Vec3) -> Slot,
+) -> Update {
+    let mut update = Update::default();
+    for face in faces {
+        let slots = [0, 1, 2].map(|k| SlotId(3 * face.0 + k));
+        for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
+            update.slots.push((*slot, light(face, position)));
+        }
+        update.leaves.push((LeafId(face.0), Leaf { slots, face }));
+        let start = update.patch_leaves.len() as u32;
+        update.patch_leaves.push(LeafId(face.0));
+        let old = if drawn { start..start + 1 } else { start..start };
+        update.patches.push(Patch { face, old, new: start..start + 1 });
     }
-
-    /// Values at the corners of a face.
-    pub fn face(&self, face: FaceId) -> [Slot; 3] {
-        self.leaves[&face].map(|slot| self.slots[&slot])
-    }
+    update
 }
 
-pub fn engine(scene: Scene, threads: usize, seed: u64) -> Engine {
-    let bvh = Arc::new(Bvh::build(&scene));
-    Engine::new(Arc::new(scene), bvh, Workers::new(threads).expect("threads"), seed)
-}
-
-/// Lights the given faces to the end.
-pub fn solve(engine: &mut Engine, faces: &[FaceId], eye: Vec3) -> Mirror {
-    let mut faces: Vec<(FaceId, u32)> = faces.iter().map(|&f| (f, 10)).collect();
-    faces.sort();
-    faces.dedup();
-    let mut mirror = Mirror::default();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, faces }));
-    while !mirror.last.stats.converged {
-        mirror.apply(engine.step(Budget::Rays(50_000)));
-    }
-    mirror
-}
-
-/// Both faces of triangles.
-pub fn both_sides(triangles: &[TriangleId]) -> Vec<FaceId> {
-    triangles.iter().flat_map(|&t| [FaceId::new(t, false), FaceId::new(t, true)]).collect()
+/// Faces of a visible set.
+pub fn faces(visible: &[(FaceId, u32)]) -> Vec<FaceId> {
+    visible.iter().map(|&(face, _)| face).collect()
 }

@@ -58,7 +58,7 @@ fn fill(obj: &mut Obj, rng: &mut Rng, at: DVec3, width: f64, clear: f64) {
     let mut x = 0.01;
     while width - x > 0.05 {
         let room = width - x;
-        if room > 0.3 && rng.chance(0.03) {
+        if room > 0.3 && rng.chance(0.02) {
             obj.offset(at + DVec3::new(x + 0.12, 0.0, -0.15), vase);
             x += 0.26;
         } else if room > 0.3 && rng.chance(0.08) {
@@ -102,7 +102,7 @@ fn set(obj: &mut Obj, rng: &mut Rng, at: DVec3, [room, clear]: [f64; 2]) -> f64 
 /// A small turned vase.
 fn vase(obj: &mut Obj) {
     let profile = [(0.035, 0.0), (0.075, 0.05), (0.09, 0.1), (0.07, 0.16), (0.035, 0.2), (0.03, 0.22), (0.045, 0.25)];
-    lathe(obj, &GLAZE, &profile, 12);
+    lathe(obj, &GLAZE, &profile, 10);
 }
 
 /// A few books lying on one another; returns the room they took.

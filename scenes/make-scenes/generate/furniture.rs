@@ -177,7 +177,7 @@ pub fn armillary(obj: &mut Obj) {
             (DVec3::new(0.917, -0.4, 0.0), 0.66, 0.014),
             (DVec3::new(0.3, 0.2, 0.9), 0.6, 0.014),
         ] {
-            hoop(obj, &BRASS, axis, radius, thickness, [48, 6]);
+            hoop(obj, &BRASS, axis, radius, thickness, [40, 6]);
         }
         for (axis, height, radius) in [(pole, 0.45, 0.62), (pole, -0.45, 0.62)] {
             obj.offset(pole * height, |obj| hoop(obj, &BRASS, axis, radius, 0.012, [40, 5]));

@@ -86,7 +86,7 @@ fn glass(obj: &mut Obj) {
 pub fn strong_lights() -> Vec<Light> {
     let d = DVec3::new;
     vec![
-        Light::directional("moon", d(0.66, -0.55, 0.34), d(6.0, 8.0, 13.0)),
+        Light::directional("moon", d(0.66, -0.55, 0.34), d(4.2, 5.8, 9.4)),
         Light::point("armillary", d(0.0, 1.75, 0.0), d(15.0, 10.0, 5.0)),
         Light::spot("stair", d(2.2, 8.6, -4.6), d(0.13, -1.0, -0.32), d(150.0, 106.0, 62.0), [12.0, 24.0]),
         Light::spot("south_wall", d(0.0, 8.4, 1.5), d(0.0, -0.62, 1.0), d(64.0, 72.0, 96.0), [20.0, 38.0]),
@@ -218,8 +218,8 @@ pub fn small_lights() -> Vec<Light> {
     }
     let others = [
         ("under_stair", d(2.4, 0.3, -5.9), warm * 0.9),
-        ("screen", d(3.6, 0.9, 7.4), d(1.9, 1.1, 0.5)),
-        ("nook", d(-3.3, 1.9, 6.9), warm * 1.2),
+        ("screen", d(3.6, 0.9, 7.4), d(0.9, 0.55, 0.26)),
+        ("nook", d(-3.3, 1.9, 6.9), warm * 0.8),
         ("gallery_south", d(5.8, 5.0, 7.3), warm * 0.7),
         ("gallery_north", d(5.8, 5.0, -7.3), warm * 0.7),
         ("aisle_south", d(5.8, 0.8, 7.3), warm * 0.6),

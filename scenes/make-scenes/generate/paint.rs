@@ -154,13 +154,13 @@ paints! {
     LOG = Paint::matt("log", [0.1, 0.07, 0.05]);
 
     /// Rose window, lit from behind.
-    ROSE_GLASS = Paint { map_ke: Some("rose.png"), ..Paint::glow("rose_glass", [16.0, 16.0, 20.0]) };
+    ROSE_GLASS = Paint { map_ke: Some("rose.png"), ..Paint::glow("rose_glass", [7.0, 7.0, 9.0]) };
     /// Night sky behind the windows.
     NIGHT_SKY = Paint { map_ke: Some("night.png"), ..Paint::glow("night_sky", [1.6, 1.9, 2.6]) };
     /// Alabaster globes.
     ALABASTER = Paint::glow("alabaster", [62.0, 42.0, 22.0]);
     /// Fire in the hearth.
-    FIRE = Paint::glow("fire", [44.0, 15.0, 2.6]);
+    FIRE = Paint::glow("fire", [40.0, 12.0, 1.6]);
     /// Bulbs of the table lamps.
     BULB = Paint::glow("bulb", [150.0, 104.0, 56.0]);
     /// Candle flames.
@@ -168,7 +168,7 @@ paints! {
     /// Bulbs of the string light.
     FAIRY = Paint::glow("fairy", [64.0, 37.0, 14.0]);
     /// Panels of the hanging lanterns.
-    LANTERN = Paint::glow("lantern", [62.0, 36.0, 14.0]);
+    LANTERN = Paint::glow("lantern", [30.0, 17.5, 7.0]);
     /// Light strips on top of the bookcases.
-    STRIP = Paint::glow("strip", [60.0, 42.0, 23.0]);
+    STRIP = Paint::glow("strip", [30.0, 21.0, 11.5]);
 }

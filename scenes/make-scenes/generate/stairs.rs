@@ -50,7 +50,7 @@ fn stretch(obj: &mut Obj, a: f64, b: f64) {
     ];
     let spots = steps(a, b, 0.2);
     for pair in spots.windows(2) {
-        obj.offset(DVec3::new(4.4, GALLERY + 0.1, (pair[0] + pair[1]) * 0.5), |obj| lathe(obj, &DARK_OAK, &profile, 7));
+        obj.offset(DVec3::new(4.4, GALLERY + 0.1, (pair[0] + pair[1]) * 0.5), |obj| lathe(obj, &DARK_OAK, &profile, 6));
     }
 }
 

@@ -1,0 +1,109 @@
+//! A miniature run of every pass: it makes the driver compile all variants of the shaders (at the first draw, 25 to
+//! 68 ms each without a disk cache, lavapipe.md 7) and finds out whether the stencil mode can be trusted.
+
+use super::frame::{FrameOptions, UpdateMode};
+use super::renderer::Renderer;
+use crate::error::Result;
+use crate::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
+use crate::scene::camera::{Camera, ImageSize, View};
+use crate::scene::material::{Material, MaterialId};
+use crate::scene::texture::{Texture, TextureId};
+use crate::scene::{Display, FaceId, Scene};
+use glam::{Vec2, Vec3};
+
+/// Triangles of the miniature: enough for depths of all slopes to be compared.
+const TRIANGLES: u32 = 48;
+/// Pixels a side.
+const SIZE: u32 = 64;
+
+impl Renderer {
+    /// Runs every pass in every mode; sets whether patches drawn through the stencil cover what a full draw covered.
+    pub(super) fn warm_up(&mut self) -> Result<()> {
+        let scene = miniature();
+        let size = ImageSize { width: SIZE, height: SIZE };
+        self.load(&scene)?;
+        self.resize(size)?;
+        self.set_view(&View::new(&scene.cameras[0].camera, size, scene.diagonal()), Vec2::ZERO);
+        let visible: Vec<FaceId> = self.visibility()?.iter().map(|&(face, _)| face).collect();
+        let combine = Some(Display::default());
+        let full = FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil };
+        let patches = FrameOptions { full_luminance: false, colour: false, combine: None, ..full };
+
+        self.apply(&leaves(&scene, &visible, None, 0))?;
+        self.frame(&full)?;
+        // The same leaves with other values, then other leaves in their place, and one that was never drawn.
+        self.apply(&leaves(&scene, &visible, Some(0), 0))?;
+        self.frame(&patches)?;
+        self.apply(&leaves(&scene, &visible, Some(0), 1))?;
+        self.frame(&patches)?;
+        let layers = self.read_layers()?;
+        self.stencil_works = self.find_missed(&layers.d) == 0;
+        self.apply(&leaves(&scene, &visible[..visible.len().min(1)], None, 2))?;
+        self.frame(&patches)?;
+        self.apply(&leaves(&scene, &visible, Some(1), 3))?;
+        self.frame(&FrameOptions { update_mode: UpdateMode::Id, ..patches })?;
+        self.read_display()?;
+        self.load(&Scene::default())
+    }
+
+    /// Pixels that the full draw wrote and the patches of generation 1 did not.
+    fn find_missed(&self, d: &[[f32; 3]]) -> usize {
+        d.iter().filter(|d| d[0] > 0.0 && (d[0] - brightness(1)).abs() > 1e-3).count()
+    }
+}
+
+/// D that leaves of a generation carry.
+fn brightness(generation: u32) -> f32 {
+    1.0 + generation as f32
+}
+
+/// Leaves of `generation` over whole faces, in place of those of `old` or of none.
+fn leaves(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation: u32) -> Update {
+    let mut update = Update::default();
+    let id = |generation: u32, face: FaceId| generation * 2 * TRIANGLES + face.0;
+    for &face in faces {
+        let new = id(generation, face);
+        let slots = [0, 1, 2].map(|corner| SlotId(3 * new + corner));
+        let diffuse = Vec3::splat(brightness(generation));
+        for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
+            update.slots.push((*slot, Slot { position, weight: 1.0, diffuse, specular: diffuse }));
+        }
+        update.leaves.push((LeafId(new), Leaf { slots, face }));
+        let start = update.patch_leaves.len() as u32;
+        update.patch_leaves.extend(old.map(|old| LeafId(id(old, face))));
+        let middle = update.patch_leaves.len() as u32;
+        update.patch_leaves.push(LeafId(new));
+        update.patches.push(Patch { face, old: start..middle, new: middle..middle + 1 });
+    }
+    update
+}
+
+/// Triangles of all slopes and sizes, textured, some with a mask.
+fn miniature() -> Scene {
+    let texels = vec![[255, 128, 0, 255], [0, 0, 0, 0], [0, 0, 0, 0], [255, 255, 255, 255]];
+    let texture = Texture { name: "warm-up".to_owned(), width: 2, height: 2, texels };
+    let map = Some(TextureId(0));
+    let textured = Material { map_kd: map, map_ke: map, ke: Vec3::ONE, ..Material::grey("textured") };
+    let masked = Material { map_d: map, ..Material::grey("masked") };
+    let mut scene = Scene { textures: vec![texture], materials: vec![textured, masked], ..Scene::default() };
+    let mut state = 1u32;
+    let mut random = || {
+        // A Weyl sequence through a multiplicative hash: any spread will do.
+        state = state.wrapping_add(0x9e37_79b9);
+        let x = (state ^ (state >> 16)).wrapping_mul(0x85eb_ca6b);
+        (x ^ (x >> 13)) as f32 / u32::MAX as f32 * 2.0 - 1.0
+    };
+    for i in 0..TRIANGLES {
+        let centre = Vec3::new(random(), random(), random());
+        for _ in 0..3 {
+            scene.positions.push(centre + Vec3::new(random(), random(), random()) * 0.4);
+        }
+        scene.triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+        scene.normals.push([Vec3::Z; 3]);
+        scene.uvs.push([Vec2::ZERO, Vec2::X * 3.0, Vec2::Y * 3.0]);
+        scene.triangle_materials.push(MaterialId(u32::from(i % 4 == 0)));
+    }
+    let camera = Camera { position: Vec3::Z * 3.0, look_at: Vec3::ZERO, up: Vec3::Y, vertical_fov: 45.0 };
+    scene.cameras.push(crate::scene::camera::NamedCamera { name: "warm-up".to_owned(), camera });
+    scene
+}
