@@ -40,8 +40,8 @@ pub fn table(obj: &mut Obj, length: f64) {
         (0.055, 0.55),
         (0.055, 0.62),
     ];
-    for x in [-w + 0.14, w - 0.14] {
-        for z in [-l + 0.14, l - 0.14] {
+    for x in [-w + 0.17, w - 0.17] {
+        for z in [-l + 0.17, l - 0.17] {
             obj.offset(DVec3::new(x, 0.0, z), |obj| lathe(obj, &DARK_OAK, &leg, 12));
         }
     }
@@ -344,7 +344,7 @@ pub fn vase(obj: &mut Obj) {
             (0.07, 0.56),
             (0.1, 0.6),
             (0.09, 0.6),
-            (0.058, 0.53),
+            (0.045, 0.53),
             (0.0, 0.5),
         ];
         lathe(obj, &GLAZE, &profile, 24);

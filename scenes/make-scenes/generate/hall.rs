@@ -263,7 +263,7 @@ fn column(obj: &mut Obj, height: f64, plinth: f64) {
         (0.25 * s, shaft),
     ]);
     lathe(obj, &STONE, &profile, 16);
-    let half = DVec3::new(0.23, 0.0, 0.32);
+    let half = DVec3::new(0.27, 0.0, 0.33);
     block(obj, &STONE, [DVec3::Y * shaft - half, DVec3::Y * height + half], 0.3, side::ALL);
 }
 

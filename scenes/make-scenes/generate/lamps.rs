@@ -186,7 +186,7 @@ fn lantern_frame(obj: &mut Obj, at: DVec3) {
             );
         }
         block(obj, &IRON, [DVec3::new(-0.115, -0.165, -0.115), DVec3::new(0.115, -0.15, 0.115)], 0.3, side::ALL);
-        lathe(obj, &IRON, &[(0.17, 0.16), (0.165, 0.175), (0.03, 0.27), (0.012, 0.3), (0.0, 0.3)], 4);
+        lathe(obj, &IRON, &[(0.0, 0.16), (0.17, 0.16), (0.165, 0.175), (0.03, 0.27), (0.012, 0.3), (0.0, 0.3)], 4);
     });
     chain(obj, DVec3::new(at.x, ceiling, at.z), at.y + 0.29);
 }

@@ -89,7 +89,7 @@ macro_rules! paints {
 
 paints! {
     /// Black and cream marble flags.
-    FLAGS = Paint::textured("flags", "flags.png", 2.0).polished(0.08, 40.0);
+    FLAGS = Paint::textured("flags", "flags.png", 2.0).polished(0.05, 20.0);
     /// Waxed planks of the gallery floor.
     PLANKS = Paint::textured("planks", "planks.png", 1.6).polished(0.06, 30.0);
     /// Warm lime plaster.
