@@ -86,10 +86,10 @@ fn glass(obj: &mut Obj) {
 pub fn strong_lights() -> Vec<Light> {
     let d = DVec3::new;
     vec![
-        Light::directional("moon", d(0.66, -0.55, 0.34), d(4.2, 5.8, 9.4)),
-        Light::point("armillary", d(0.0, 1.75, 0.0), d(15.0, 10.0, 5.0)),
+        Light::directional("moon", d(0.66, -0.55, 0.34), d(5.0, 6.9, 11.2)),
+        Light::point("armillary", d(0.0, 1.75, 0.0), d(12.0, 8.0, 4.0)),
         Light::spot("stair", d(2.2, 8.6, -4.6), d(0.13, -1.0, -0.32), d(150.0, 106.0, 62.0), [12.0, 24.0]),
-        Light::spot("south_wall", d(0.0, 8.4, 1.5), d(0.0, -0.62, 1.0), d(64.0, 72.0, 96.0), [20.0, 38.0]),
+        Light::spot("south_wall", d(0.0, 8.4, 1.5), d(0.0, -0.62, 1.0), d(38.0, 44.0, 60.0), [20.0, 38.0]),
     ]
 }
 

@@ -158,7 +158,7 @@ paints! {
     /// Night sky behind the windows.
     NIGHT_SKY = Paint { map_ke: Some("night.png"), ..Paint::glow("night_sky", [1.6, 1.9, 2.6]) };
     /// Alabaster globes.
-    ALABASTER = Paint::glow("alabaster", [62.0, 42.0, 22.0]);
+    ALABASTER = Paint::glow("alabaster", [42.0, 28.0, 14.5]);
     /// Fire in the hearth.
     FIRE = Paint::glow("fire", [40.0, 12.0, 1.6]);
     /// Bulbs of the table lamps.
