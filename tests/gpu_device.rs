@@ -60,6 +60,16 @@ fn too_large_an_allocation_is_refused_with_its_figure() {
 }
 
 #[test]
+fn too_large_a_picture_is_refused_and_the_old_one_kept() {
+    with_renderer(|renderer| {
+        let before = show(renderer, &confetti(20), 40, 30);
+        let too_wide = ImageSize { width: renderer.device().report().max_image_side + 1, height: 1 };
+        assert!(matches!(renderer.resize(too_wide), Err(Error::Usage(_))));
+        assert_eq!(renderer.visibility().unwrap(), before);
+    });
+}
+
+#[test]
 fn what_is_alive_is_listed_by_name() {
     let Some(device) = device() else { return };
     let buffer = Buffer::new(&device, "kept too long", 100, BufferUse::Stream).unwrap();
