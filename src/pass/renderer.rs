@@ -156,7 +156,8 @@ impl Renderer {
         self.jitter = jitter;
     }
 
-    /// Draws face ids and counts the pixels of each visible face; sorted by face.
+    /// Draws face ids and counts the pixels of each visible face; sorted by face. The frames that follow draw the
+    /// leaves of these faces only, so this comes first after every move, a jittered one too.
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
