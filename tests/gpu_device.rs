@@ -21,6 +21,17 @@ fn a_renderer_can_be_made_and_dropped_twice() {
 }
 
 #[test]
+fn a_renderer_can_be_made_on_another_thread() {
+    let Some(device) = device() else { return };
+    let size = ImageSize { width: 33, height: 32 };
+    let shared = Arc::clone(&device);
+    let mut renderer = std::thread::spawn(move || Renderer::new(shared, size)).join().unwrap().unwrap();
+    assert!(!show(&mut renderer, &confetti(20), 33, 32).is_empty());
+    drop(renderer);
+    finish(device);
+}
+
+#[test]
 fn two_renderers_share_a_device() {
     let Some(device) = device() else { return };
     let size = ImageSize { width: 30, height: 32 };
