@@ -21,6 +21,17 @@ fn a_renderer_can_be_made_and_dropped_twice() {
 }
 
 #[test]
+fn a_renderer_can_be_made_on_another_thread() {
+    let Some(device) = device() else { return };
+    let size = ImageSize { width: 33, height: 32 };
+    let shared = Arc::clone(&device);
+    let mut renderer = std::thread::spawn(move || Renderer::new(shared, size)).join().unwrap().unwrap();
+    assert!(!show(&mut renderer, &confetti(20), 33, 32).is_empty());
+    drop(renderer);
+    finish(device);
+}
+
+#[test]
 fn two_renderers_share_a_device() {
     let Some(device) = device() else { return };
     let size = ImageSize { width: 30, height: 32 };
@@ -57,6 +68,16 @@ fn too_large_an_allocation_is_refused_with_its_figure() {
     };
     assert!(message.contains("huge") && message.contains(&device.report().max_allocation_mib.to_string()), "{message}");
     finish(device);
+}
+
+#[test]
+fn too_large_a_picture_is_refused_and_the_old_one_kept() {
+    with_renderer(|renderer| {
+        let before = show(renderer, &confetti(20), 40, 30);
+        let too_wide = ImageSize { width: renderer.device().report().max_image_side + 1, height: 1 };
+        assert!(matches!(renderer.resize(too_wide), Err(Error::Usage(_))));
+        assert_eq!(renderer.visibility().unwrap(), before);
+    });
 }
 
 #[test]

@@ -289,6 +289,26 @@ fn faces_drawn_for_the_first_time_need_no_full_redraw() {
 }
 
 #[test]
+fn faces_without_light_yet_are_dark_not_transparent() {
+    with_renderer(|renderer| {
+        let scene = scene_to_refine();
+        let visible = faces(&show(renderer, &scene, 96, 96));
+        let lit: Vec<FaceId> = visible.iter().copied().step_by(2).collect();
+        let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
+        renderer.apply(&base_update(&scene, lit.iter().copied(), false, light)).unwrap();
+        renderer.frame(&FULL).unwrap();
+        let layers = renderer.read_layers().unwrap();
+        let mut counts = [0, 0];
+        for (d, &id) in layers.d.iter().zip(&layers.face_id).filter(|&(_, &id)| id != 0) {
+            let is_lit = lit.contains(&FaceId(id - 1));
+            assert!((d[0] - f32::from(u8::from(is_lit))).abs() < 1e-3);
+            counts[usize::from(is_lit)] += 1;
+        }
+        assert!(counts[0] > 100 && counts[1] > 100, "{counts:?}");
+    });
+}
+
+#[test]
 fn an_update_that_contradicts_itself_is_refused() {
     with_renderer(|renderer| {
         show(renderer, &confetti(3), 16, 16);

@@ -4,9 +4,9 @@ use super::shared::MAX_LEVELS;
 use crate::scene::texture::{Texture, srgb_to_linear};
 use std::sync::LazyLock;
 
-/// Linear values of the 256 sRGB codes, scaled to [0, 4095 · 16].
+/// Linear values of the 256 sRGB codes.
 static LINEAR: LazyLock<[f32; 256]> = LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
-/// sRGB codes of 4096 linear values. Steps of the encoding near black are 12.92·255/4095 = 0.8 codes.
+/// sRGB codes of 4096 linear values; next to black, where the curve is steepest, a step is 12.92·255/4095 = 0.8 codes.
 static CODES: LazyLock<[u8; 4096]> = LazyLock::new(|| {
     let encode = |c: f32| if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
     std::array::from_fn(|i| (encode(i as f32 / 4095.0) * 255.0 + 0.5) as u8)
