@@ -2,7 +2,7 @@
 //!
 //! So far it computes direct light only (`--direct-only`): emission seen directly, and one shadow ray a light sample.
 
-use crate::estimate::direct::World;
+use crate::estimate::world::World;
 use crate::geom::{Hit, Ray};
 use crate::math::{combine, luminance, sequence::Sequence};
 use crate::scene::Scene;
