@@ -11,6 +11,8 @@ use glam::Vec3;
 pub struct Visibility {
     /// Points of the light tested so far (a delta light needs one); 0 while nothing was traced.
     pub points: u32,
+    /// How many of them were visible.
+    hits: u32,
     /// Visibility of the newest points, bit 0 the newest: bit i is point `points - 1 - i` of the sequence.
     pub mask: u16,
     /// How the value came about.
@@ -40,12 +42,13 @@ impl Visibility {
     /// A value taken over, not traced.
     #[must_use]
     pub fn taken_over(origin: Origin, fraction: f32) -> Self {
-        Self { points: 0, mask: 0, origin, inherited: (fraction * 255.0).round() as u8 }
+        Self { points: 0, hits: 0, mask: 0, origin, inherited: (fraction * 255.0).round() as u8 }
     }
 
     /// Notes the visibility of the next point.
     pub fn push(&mut self, visible: bool) {
         self.points += 1;
+        self.hits += u32::from(visible);
         self.mask = self.mask << 1 | u16::from(visible);
         self.origin = Origin::Sampled;
     }
@@ -55,13 +58,13 @@ impl Visibility {
         (0..self.points.min(REMEMBERED)).map(move |i| (self.points - 1 - i, self.mask >> i & 1 == 1))
     }
 
-    /// Visible fraction of the light: over the remembered points, or as taken over.
+    /// Visible fraction of the light: over all points, or as taken over.
     #[must_use]
     pub fn fraction(self) -> f32 {
         if self.origin != Origin::Sampled {
             return f32::from(self.inherited) / 255.0;
         }
-        self.mask.count_ones() as f32 / self.points.clamp(1, REMEMBERED) as f32
+        self.hits as f32 / self.points.max(1) as f32
     }
 
     /// Whether anything is known.

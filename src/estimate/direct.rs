@@ -35,7 +35,7 @@ pub enum Wanted {
     },
     /// All lights not traced or inferred yet.
     Settle,
-    /// One light, traced because another vertex contradicts what was inferred.
+    /// One light, traced closely because another vertex sees it otherwise.
     Confirm {
         /// The light.
         light: u32,
@@ -81,14 +81,8 @@ pub const MAX_POINTS: u32 = 4096;
 /// Does a job.
 pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
     match job.wanted {
-        Wanted::Strongest => {
-            test_cover(world, cache, job.vertex, out);
-            first_visit(world, cache, job.vertex, None, out);
-        }
-        Wanted::Midpoint { node, small } => {
-            test_cover(world, cache, job.vertex, out);
-            first_visit(world, cache, job.vertex, Some((node, small)), out);
-        }
+        Wanted::Strongest => first_visit(world, cache, job.vertex, None, out),
+        Wanted::Midpoint { node, small } => first_visit(world, cache, job.vertex, Some((node, small)), out),
         Wanted::Settle => {
             let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
             for light in 0..world.lights.sources.len() as u32 {
@@ -97,21 +91,23 @@ pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
                 }
             }
         }
-        Wanted::Confirm { light } => sample(world, cache, (job.vertex, light), out),
+        Wanted::Confirm { light } => confirm(world, cache, (job.vertex, light), out),
         Wanted::Double => double(world, cache, job.vertex, out),
-    }
-}
-
-/// The contact test: a short ray along the normal. What it hits covers the vertex (method 3, validity).
-fn test_cover(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
-    out.rays += 1;
-    if world.is_covered(&cache.vertices[id.0]) {
-        out.covered.push(id);
     }
 }
 
 /// Goes through all lights, strongest first: the many faint ones that together matter little are deferred.
 fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
+    let before = out.lights.len();
+    first_lights(world, cache, id, node, out);
+    // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
+    let dark = out.lights[before..].iter().all(|result| result.visibility.fraction() == 0.0);
+    if world.is_covered(&cache.vertices[id.0], dark, &mut out.rays) {
+        out.covered.push(id);
+    }
+}
+
+fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
     let position = cache.vertices[id.0].position;
     let mut bounds: Vec<(f32, u32)> = (0_u32..)
         .zip(&world.lights.sources)
@@ -129,7 +125,7 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
         let taken = if bound == 0.0 {
             Some(Visibility::taken_over(Origin::Inferred, 0.0))
         } else {
-            take_over(cache, light, node, faint)
+            take_over(cache, (source_of(world, light), light), node, faint)
         };
         match taken {
             Some(visibility) => out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 }),
@@ -138,11 +134,20 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
     }
 }
 
+fn source_of<'a>(world: &World<'a>, light: u32) -> &'a Source {
+    &world.lights.sources[light as usize]
+}
+
 /// Guess for a faint light where nothing is known: half visible errs by half at most.
 const UNKNOWN_FRACTION: f32 = 0.5;
 
 /// Visibility that needs no ray: from corners that agree, or for a faint light from whatever is known around.
-fn take_over(cache: &Cache, light: u32, node: Option<(NodeId, bool)>, faint: bool) -> Option<Visibility> {
+fn take_over(
+    cache: &Cache,
+    (source, light): (&Source, u32),
+    node: Option<(NodeId, bool)>,
+    faint: bool,
+) -> Option<Visibility> {
     let Some((node, small)) = node else {
         return faint.then(|| Visibility::taken_over(Origin::Deferred, UNKNOWN_FRACTION));
     };
@@ -151,7 +156,11 @@ fn take_over(cache: &Cache, light: u32, node: Option<(NodeId, bool)>, faint: boo
     let fractions = corners.map(Visibility::fraction);
     let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
     let agree = fractions.iter().all(|&f| f == fractions[0]) && (fractions[0] == 0.0 || fractions[0] == 1.0);
-    if settled && agree && small {
+    let exact = match source {
+        Source::Delta(_) => true,
+        Source::Area(area) => area.has_closed_form() || fractions[0] == 0.0,
+    };
+    if settled && agree && small && exact {
         return Some(Visibility::taken_over(Origin::Inferred, fractions[0]));
     }
     faint.then(|| Visibility::taken_over(Origin::Deferred, fractions.iter().sum::<f32>() / 3.0))
@@ -181,17 +190,48 @@ fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &
     }
 }
 
+/// Whether a vertex must be traced (again) where its neighbours see more or less of a light: what it knows was inferred,
+/// or comes from too few points to tell a penumbra.
+#[must_use]
+pub fn is_unconfirmed(source: &Source, known: Visibility) -> bool {
+    match known.origin {
+        Origin::Inferred => true,
+        Origin::Sampled => matches!(source, Source::Area(_)) && known.points < PENUMBRA_POINTS,
+        Origin::Deferred | Origin::Unknown => false,
+    }
+}
+
+/// Traces a light with enough points for a penumbra.
+fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
+    if let Source::Delta(_) = source_of(world, light) {
+        return sample(world, cache, (id, light), out);
+    }
+    let known = cache.layers[light as usize].visibility.get(id.0);
+    let mut round = AreaRound::new(world, cache, (id, light), known, out);
+    round.trace(PENUMBRA_POINTS, out);
+    round.finish(out);
+}
+
 /// Traces as many points again of each area light that is partly visible.
 fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
     for (light, source) in (0_u32..).zip(&world.lights.sources) {
         let known = cache.layers[light as usize].visibility.get(id.0);
-        let partly = known.fraction() > 0.0 && known.fraction() < 1.0;
-        if matches!(source, Source::Area(_)) && partly && known.points > 0 && known.points < MAX_POINTS {
+        if is_doubled(source, known) {
             let mut round = AreaRound::new(world, cache, (id, light), known, out);
             round.trace(known.points * 2, out);
             round.finish(out);
         }
     }
+}
+
+/// Whether more points of a light would tell more: in its penumbra, and everywhere if it has no closed form.
+#[must_use]
+pub fn is_doubled(source: &Source, known: Visibility) -> bool {
+    let Source::Area(area) = source else { return false };
+    // Where neighbours agree, few points were taken and none are needed.
+    let penumbra = known.points >= PENUMBRA_POINTS;
+    let sampled = known.points > 0 && known.fraction() > 0.0 && !area.has_closed_form();
+    (penumbra || sampled) && known.points < MAX_POINTS
 }
 
 /// A round of points of one area light at one vertex.

@@ -2,9 +2,10 @@
 
 use super::world::World;
 use crate::cache::dynamic::{Cache, SlotId, SlotRecord};
-use crate::cache::layer::{Layer, Origin, Visibility};
+use crate::cache::layer::{Layer, Origin, REMEMBERED, Visibility};
 use crate::cache::vertex::Vertex;
 use crate::math::luminance;
+use crate::math::sequence::Sequence;
 use crate::shade::lights::{AreaSource, Source, delta_arrival};
 use crate::shade::phong::lobe;
 use glam::Vec3;
@@ -24,6 +25,9 @@ const GUESS_ERROR: f32 = 0.29;
 /// Variance of stratified points in a penumbra against independent ones.
 const STRATIFIED: f32 = 0.3;
 
+/// Relative variance of one point of a light that has no closed form.
+const SAMPLED: f32 = 0.1;
+
 /// Diffuse luminance of a slot over all lights.
 #[must_use]
 pub fn diffuse(world: &World<'_>, cache: &Cache, slot: SlotId) -> Diffuse {
@@ -42,10 +46,14 @@ pub fn diffuse(world: &World<'_>, cache: &Cache, slot: SlotId) -> Diffuse {
                     .map_or(Vec3::ZERO, |a| a.facing * record.normal.dot(a.direction).max(0.0));
                 (full * fraction, full)
             }
-            Source::Area(area) => area_irradiance(area, layer, slot, (vertex, record), visibility),
+            Source::Area(area) => area_irradiance(world, (area, layer), slot, (vertex, record), visibility),
         };
         irradiance += visible;
-        variance += luminance(unoccluded).powi(2) * fraction_variance(visibility, fraction);
+        let mut spread = fraction_variance(visibility, fraction);
+        if visibility.points > 0 && matches!(source, Source::Area(area) if !area.has_closed_form()) {
+            spread += SAMPLED / visibility.points as f32;
+        }
+        variance += luminance(unoccluded).powi(2) * spread;
     }
     Diffuse { value: irradiance / PI, variance: variance / (PI * PI) }
 }
@@ -53,7 +61,12 @@ pub fn diffuse(world: &World<'_>, cache: &Cache, slot: SlotId) -> Diffuse {
 /// Variance of a visible fraction.
 fn fraction_variance(visibility: Visibility, fraction: f32) -> f32 {
     match visibility.origin {
-        Origin::Sampled if visibility.points > 1 => fraction * (1.0 - fraction) * STRATIFIED / visibility.points as f32,
+        Origin::Sampled if visibility.points >= REMEMBERED => {
+            // Half a point of doubt each way: that all points agree does not say that all others would.
+            let n = visibility.points as f32;
+            let likely = (fraction * n + 0.5) / (n + 1.0);
+            likely * (1.0 - likely) * STRATIFIED / n
+        }
         Origin::Sampled | Origin::Inferred => 0.0,
         Origin::Deferred | Origin::Unknown => GUESS_ERROR * GUESS_ERROR,
     }
@@ -62,8 +75,8 @@ fn fraction_variance(visibility: Visibility, fraction: f32) -> f32 {
 /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible fraction, or
 /// the mean of the samples where there is no closed form.
 fn area_irradiance(
-    source: &AreaSource,
-    layer: &Layer,
+    world: &World<'_>,
+    (source, layer): (&AreaSource, &Layer),
     slot: SlotId,
     (vertex, record): (&Vertex, &SlotRecord),
     visibility: Visibility,
@@ -84,10 +97,24 @@ fn area_irradiance(
             (mean, mean / visibility.fraction().max(0.05))
         }
         None => {
-            let unoccluded = source.estimate(vertex.position, record.normal);
+            let unoccluded = unoccluded_estimate(world, source, vertex.position, record.normal);
             (unoccluded * visibility.fraction(), unoccluded)
         }
     }
+}
+
+/// Points that stand in for a closed form where there is none.
+const ESTIMATE_POINTS: u32 = 8;
+
+/// Unoccluded irradiance of a source of too many triangles, from a few of its points.
+fn unoccluded_estimate(world: &World<'_>, source: &AreaSource, x: Vec3, normal: Vec3) -> Vec3 {
+    let (sampler, sequence) = (source.at(x), Sequence::new(0));
+    let irradiance = |i| {
+        let [u, v, ..] = sequence.point(i);
+        let arrival = sampler.sample(world.scene, [u, v]);
+        arrival.map_or(Vec3::ZERO, |a| a.mean_facing * normal.dot(a.direction).max(0.0))
+    };
+    (0..ESTIMATE_POINTS).map(irradiance).sum::<Vec3>() / ESTIMATE_POINTS as f32
 }
 
 /// Specular luminance S of a slot seen from `eye`: exact for delta lights; for area lights the unoccluded highlight times

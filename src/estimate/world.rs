@@ -6,6 +6,7 @@ use crate::geom::bvh::Bvh;
 use crate::math::{combine, sequence::Sequence};
 use crate::scene::Scene;
 use crate::shade::lights::{Arrival, Lights};
+use glam::Vec3;
 
 /// The immutable part of the world.
 #[derive(Clone, Copy)]
@@ -21,6 +22,9 @@ pub struct World<'a> {
     /// Length of the contact test's ray, scene units.
     pub contact: f32,
 }
+
+/// Probes of a dark vertex, all of which must hit back faces.
+const PROBES: u32 = 8;
 
 /// Length of the contact test against the scene's diagonal.
 const CONTACT: f32 = 2e-4;
@@ -55,10 +59,32 @@ impl<'a> World<'a> {
         !self.bvh.occluded(self.scene, &ray)
     }
 
-    /// Whether other geometry lies on the vertex.
+    /// Whether the vertex is covered by other geometry, so that its light is not its surface's: something lies on it
+    /// (a short ray along the normal), or, if `probe`, everything that it sees is the inside of something.
+    ///
+    /// The probes do without the component being closed, which blocks without a bottom are not: curtains and leaves never
+    /// show their backs in all directions. Where a whole room is wound the wrong way round all its vertices count as
+    /// covered, and interpolation among them is as it would be without.
     #[must_use]
-    pub fn is_covered(&self, vertex: &Vertex) -> bool {
-        let ray = Ray { origin: vertex.origin(), direction: vertex.normal(), t_max: self.contact };
-        self.bvh.occluded(self.scene, &ray)
+    pub fn is_covered(&self, vertex: &Vertex, probe: bool, rays: &mut u64) -> bool {
+        *rays += 1;
+        let contact = Ray { origin: vertex.origin(), direction: vertex.normal(), t_max: self.contact };
+        if self.bvh.occluded(self.scene, &contact) {
+            return true;
+        }
+        probe
+            && (0..PROBES).all(|i| {
+                *rays += 1;
+                let ray = Ray { direction: self.probe_direction(vertex, i), t_max: f32::INFINITY, ..contact };
+                self.bvh.closest(self.scene, &ray).is_some_and(|hit| hit.back)
+            })
+    }
+
+    /// Directions spread over the hemisphere by cosine.
+    fn probe_direction(&self, vertex: &Vertex, index: u32) -> Vec3 {
+        let [u, v, ..] = self.sequence(vertex, u32::MAX).point(index);
+        let (radius, angle) = (u.sqrt(), v * std::f32::consts::TAU);
+        let (x, y) = vertex.normal().any_orthonormal_pair();
+        x * (radius * angle.cos()) + y * (radius * angle.sin()) + vertex.normal() * (1.0 - u).sqrt()
     }
 }

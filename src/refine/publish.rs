@@ -80,6 +80,9 @@ impl Engine {
         let mut slots = std::mem::take(&mut self.published.changed);
         slots.sort_unstable();
         slots.dedup();
+        if self.first_visits.is_empty() {
+            self.enqueue_vertices(&slots);
+        }
         self.value_patches(&mut update, &slots);
         update.slots = slots.iter().map(|&s| (s, self.slot(s))).collect();
         if cfg!(debug_assertions) {

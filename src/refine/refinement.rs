@@ -17,7 +17,7 @@ const TASKS_A_RUN: usize = 64;
 /// A task whose key has fallen below this share of what it was queued with goes back into the queue.
 const STALE: f32 = 0.8;
 /// Rounds in which contradicted inferences are traced.
-const CONFIRM_ROUNDS: usize = 6;
+const CONFIRM_ROUNDS: usize = 64;
 
 /// A leaf split in this batch.
 struct Fresh {
@@ -148,6 +148,7 @@ impl Engine {
     /// it shows no discontinuity.
     fn confirm(&mut self, fresh: &[Fresh], slots: &mut Vec<SlotId>) {
         let mut nodes: Vec<NodeId> = fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))).collect();
+        nodes.extend(self.nodes_around(slots));
         for _ in 0..CONFIRM_ROUNDS {
             let jobs = self.contradictions(&nodes);
             if jobs.is_empty() {
@@ -164,7 +165,7 @@ impl Engine {
         }
     }
 
-    /// Inferred values at corners of nodes whose other corners disagree with them.
+    /// Values inferred or hardly traced, at corners of nodes whose other corners disagree with them.
     fn contradictions(&self, nodes: &[NodeId]) -> Vec<Job> {
         let mut found = FxHashSet::default();
         let mut jobs = Vec::new();
@@ -223,6 +224,10 @@ impl Engine {
                 self.enqueue_split(node);
             }
         }
+    }
+
+    /// Queues what is left to trace at the vertices of slots, whose triangles are drawn.
+    pub(super) fn enqueue_vertices(&mut self, slots: &[SlotId]) {
         let mut vertices: Vec<VertexId> = slots.iter().map(|s| self.cache.slots[s.0].vertex).collect();
         vertices.sort_unstable();
         vertices.dedup();
@@ -239,15 +244,12 @@ impl Engine {
 
     /// Queues everything that the visible leaves leave to do.
     pub(super) fn enqueue_leaves(&mut self, leaves: &[NodeId]) {
-        let mut vertices: Vec<VertexId> = Vec::new();
         for &leaf in leaves {
             self.account(leaf);
             self.enqueue_split(leaf);
-            vertices.extend(self.cache.corner_vertices(leaf));
         }
-        vertices.sort_unstable();
-        vertices.dedup();
-        vertices.into_iter().for_each(|v| self.enqueue_vertex(v));
+        let corners: Vec<SlotId> = leaves.iter().flat_map(|l| self.cache.topology.nodes[l.0].corners).collect();
+        self.enqueue_vertices(&corners);
     }
 
     /// Queues a leaf by its present key.
@@ -275,17 +277,15 @@ impl Engine {
 
     /// Rays that a vertex's task would take.
     fn rays_of(&self, task: Task) -> f32 {
-        let of_layer = |vertex: VertexId, f: &dyn Fn(crate::cache::layer::Visibility) -> u32| {
-            self.cache.layers.iter().map(|l| f(l.visibility.get(vertex.0))).sum::<u32>() as f32
+        let sources = self.lights.sources.iter();
+        let known = |v: VertexId| sources.zip(&self.cache.layers).map(move |(s, l)| (s, l.visibility.get(v.0)));
+        let rays: u32 = match task {
+            Task::Split(_) => 0,
+            // One ray for a delta light, four for an area light: two is near enough for a key.
+            Task::Settle(v) => known(v).map(|(_, k)| if k.origin == Origin::Deferred { 2 } else { 0 }).sum(),
+            Task::Double(v) => known(v).map(|(s, k)| if direct::is_doubled(s, k) { k.points } else { 0 }).sum(),
         };
-        match task {
-            Task::Split(_) => 0.0,
-            Task::Settle(v) => of_layer(v, &|k| if k.origin == Origin::Deferred { 2 } else { 0 }),
-            Task::Double(v) => of_layer(v, &|k| {
-                let partly = k.fraction() > 0.0 && k.fraction() < 1.0 && k.origin == Origin::Sampled;
-                if partly && k.points < direct::MAX_POINTS { k.points } else { 0 }
-            }),
-        }
+        rays as f32
     }
 
     fn slots_of_all(&self, vertices: &[VertexId]) -> Vec<SlotId> {

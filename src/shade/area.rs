@@ -63,6 +63,12 @@ impl AreaSource {
         self.radiance
     }
 
+    /// Whether [`Self::closed_form`] answers wherever it is asked.
+    #[must_use]
+    pub fn has_closed_form(&self) -> bool {
+        self.facets.list.len() <= MAX_CLOSED_TRIANGLES
+    }
+
     /// Prepares sampling from `x`.
     #[must_use]
     pub fn at(&self, x: Vec3) -> Sampler<'_> {
