@@ -53,6 +53,20 @@ impl Texture {
         top.lerp(bottom, fy)
     }
 
+    /// Mean linear RGB over all texels.
+    #[must_use]
+    pub fn mean(&self) -> Vec3 {
+        let sum = |texels: &[[u8; 4]]| {
+            texels
+                .iter()
+                .map(|t| Vec3::new(SRGB[t[0] as usize], SRGB[t[1] as usize], SRGB[t[2] as usize]))
+                .sum::<Vec3>()
+        };
+        // Row by row, so that f32 does not lose what it adds to a large sum.
+        let rows: Vec3 = self.texels.chunks(self.width as usize).map(|row| sum(row) / self.width as f32).sum();
+        rows / self.height as f32
+    }
+
     /// Linear RGB at `uv`.
     #[must_use]
     pub fn rgb(&self, uv: Vec2) -> Vec3 {
