@@ -76,6 +76,7 @@ fn start_up_and_passes() {
                 renderer.frame(&FrameOptions { update_mode: mode, ..none }).unwrap();
             });
         }
+        per_call("leaf_counts", || drop(renderer.leaf_counts().unwrap()));
         per_call("read_display", || drop(renderer.read_display().unwrap()));
         per_call("read_layers", || drop(renderer.read_layers().unwrap()));
     }

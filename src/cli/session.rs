@@ -13,10 +13,14 @@ use crate::refine::thread::EngineThread;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::Display;
 use glam::Vec3;
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// Work of a frame under `--deterministic`, rays.
 const RAYS_A_FRAME: u64 = 100_000;
+
+/// Frames between a count of pixels and the engine hearing of it under `--deterministic`.
+const COUNTS_LAG: usize = 2;
 
 /// A run in progress.
 pub struct Session<'a> {
@@ -63,6 +67,8 @@ struct Run {
     generation: Option<u32>,
     /// The last update drawn.
     sequence: u64,
+    /// Counts that the engine has not heard of yet.
+    counted: VecDeque<Counted>,
     first_shown: Option<Instant>,
     complete_shown: Option<Instant>,
 }
@@ -86,6 +92,7 @@ impl Session<'_> {
             stats: EngineStats::default(),
             generation: None,
             sequence: 0,
+            counted: VecDeque::new(),
             first_shown: None,
             complete_shown: None,
         };
@@ -164,7 +171,7 @@ impl Session<'_> {
             update_mode: self.args.update,
         };
         let passes = self.renderer.frame(&options)?;
-        self.engine.counted(Counted { sequence: run.sequence, pixels: None });
+        self.count(run, combine)?;
         let now = Instant::now();
         if combine {
             run.shown(now);
@@ -172,6 +179,18 @@ impl Session<'_> {
         self.log_row(run, moved, now, &passes, combine)?;
         self.progress.update(run.first_frame.elapsed(), &run.stats);
         run.frames += 1;
+        Ok(())
+    }
+
+    /// Tells the engine what was drawn, with the pixels of the leaves if a picture was made.
+    fn count(&mut self, run: &mut Run, combined: bool) -> Result<()> {
+        let Some(generation) = run.generation else { return Ok(()) };
+        let deterministic = self.args.engine.deterministic;
+        let pixels = if combined || deterministic { Some(self.renderer.leaf_counts()?.leaves) } else { None };
+        run.counted.push_back(Counted { generation, sequence: run.sequence, pixels });
+        let lag = if deterministic { COUNTS_LAG } else { 0 };
+        let heard = run.counted.len().saturating_sub(lag);
+        run.counted.drain(..heard).for_each(|counted| self.engine.counted(counted));
         Ok(())
     }
 

@@ -91,6 +91,11 @@ impl LuminanceMesh {
         &self.drawn
     }
 
+    /// Whether a leaf is drawn now.
+    pub(super) fn is_drawn(&self, leaf: u32) -> bool {
+        self.states.get(leaf as usize).is_some_and(|state| state.place != NOWHERE)
+    }
+
     pub(super) const fn max_value(&self) -> f32 {
         self.max_value
     }

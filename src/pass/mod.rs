@@ -10,6 +10,7 @@ mod luminance;
 mod mesh;
 mod mipmap;
 mod mirror;
+mod pixel_counts;
 mod plan;
 mod readback;
 mod renderer;
@@ -20,5 +21,6 @@ mod visibility;
 mod warm_up;
 
 pub use frame::{FrameOptions, FrameStats, UpdateMode};
+pub use pixel_counts::LeafCounts;
 pub use readback::Layers;
 pub use renderer::Renderer;

@@ -10,6 +10,8 @@ use glam::Vec3;
 pub(super) enum Step {
     /// Leaves by depth, nearest wins; `on_face`: only where the id image shows the leaf's face.
     Full { leaves: (u32, u32), on_face: bool },
+    /// Depth to the background, where there is none.
+    Background,
     /// Leaves drawn before, with other values: depth EQUAL.
     Values { leaves: (u32, u32), on_face: bool },
     /// Leaves where the id image shows their face; `depth`: written too.
@@ -77,6 +79,7 @@ impl Plan {
             let leaves = plan.extend(leaves);
             plan.draw(leaves, Step::Full { leaves, on_face: true });
         }
+        plan.steps.push(Step::Background);
         plan
     }
 

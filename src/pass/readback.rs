@@ -44,13 +44,17 @@ impl ReadBack {
         pass.copy_image(&targets.ids, &self.buffer, 0);
     }
 
+    pub(super) fn record_leaf_ids<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
+        pass.copy_image(&targets.leaf_ids, &self.buffer, 0);
+    }
+
     pub(super) fn record_display<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
         pass.copy_image(&targets.display, &self.buffer, 0);
     }
 
     pub(super) fn record_layers<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
-        let [ids, kd, ks, emission, diffuse, specular] = targets.sampled();
-        let images = [&targets.linear, emission, kd, ks, diffuse, specular, ids];
+        let (emission, kd, ks, ids) = (&targets.emission, &targets.kd, &targets.ks, &targets.ids);
+        let images = [&targets.linear, emission, kd, ks, &targets.filled_diffuse, &targets.filled_specular, ids];
         for (number, image) in images.into_iter().enumerate() {
             pass.copy_image(image, &self.buffer, self.offset(number));
         }
@@ -60,8 +64,9 @@ impl ReadBack {
         LAYER_BYTES[..layer].iter().sum::<u64>() * self.pixels as u64
     }
 
-    pub(super) fn ids(&self) -> Result<Vec<u32>> {
-        self.buffer.read(0, self.pixels)
+    /// What [`Self::record_ids`] or [`Self::record_leaf_ids`] copied.
+    pub(super) fn ids(&self) -> Result<&[u32]> {
+        self.buffer.view(0, self.pixels)
     }
 
     pub(super) fn display(&self) -> Result<Vec<[u8; 4]>> {

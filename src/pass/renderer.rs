@@ -5,6 +5,7 @@ use super::combine::Combine;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
 use super::mirror::Mirror;
+use super::pixel_counts::{Histogram, LeafCounts};
 use super::readback::{Layers, ReadBack};
 use super::scene_buffers::SceneBuffers;
 use super::shared::FrameUniform;
@@ -55,6 +56,8 @@ pub struct Renderer {
     pub(super) view: View,
     /// Sub-pixel offset of the samples, pixels.
     pub(super) jitter: Vec2,
+    /// Face of each pixel plus 1 when visibility was last drawn.
+    face_ids: Vec<u32>,
     /// Whether each face had pixels when visibility was last drawn.
     pub(super) visible: Vec<bool>,
     /// What stored D and S are multiplied by to fit half range.
@@ -63,6 +66,7 @@ pub struct Renderer {
     pub(super) depth_is_current: bool,
     /// Whether depth EQUAL finds what was drawn; by self-test.
     pub(super) stencil_works: bool,
+    histogram: Histogram,
     /// Passes run since the last frame's statistics.
     pub(super) times: PassTimes,
     /// Last, so that it goes after everything made from it.
@@ -94,10 +98,12 @@ impl Renderer {
             marks: Mirror::new(&device, "marks")?,
             view: View::new(&camera, miniature, 1.0),
             jitter: Vec2::ZERO,
+            face_ids: Vec::new(),
             visible: Vec::new(),
             luminance_scale: 1.0,
             depth_is_current: false,
             stencil_works: true,
+            histogram: Histogram::default(),
             times: PassTimes::default(),
             targets,
             uniform,
@@ -130,6 +136,7 @@ impl Renderer {
         self.scene = SceneBuffers::new(&self.device, &mut self.commands, scene)?;
         self.mesh = LuminanceMesh::new(&self.device)?;
         self.visible.clear();
+        self.face_ids.clear();
         Ok(())
     }
 
@@ -147,6 +154,7 @@ impl Renderer {
         self.targets = targets;
         self.bindings.bind_images(&self.targets.sampled());
         self.depth_is_current = false;
+        self.face_ids.clear();
         Ok(())
     }
 
@@ -170,7 +178,9 @@ impl Renderer {
         let times = recording.submit()?;
         self.times.extend(times);
         let faces = 2 * self.scene.masked.len();
-        let counts = count_pixels(&self.read_back.ids()?, faces);
+        self.face_ids.clear();
+        self.face_ids.extend_from_slice(self.read_back.ids()?);
+        let counts = count_pixels(&self.face_ids, faces);
         self.visible.clear();
         self.visible.resize(faces, false);
         counts.iter().for_each(|(face, _)| self.visible[face.0 as usize] = true);
@@ -188,6 +198,19 @@ impl Renderer {
     /// Forgets which leaves are drawn (a new camera generation sends them again); their slots stay.
     pub fn reset_leaves(&mut self) {
         self.mesh.reset();
+    }
+
+    /// Pixels of each leaf as the luminance images stand.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    pub fn leaf_counts(&mut self) -> Result<LeafCounts> {
+        let Self { commands, targets, read_back, .. } = self;
+        let mut recording = commands.begin()?;
+        recording.pass("readback", |pass| read_back.record_leaf_ids(pass, targets));
+        let times = recording.submit()?;
+        self.times.extend(times);
+        Ok(self.histogram.count(self.read_back.ids()?, &self.face_ids, &self.mesh))
     }
 
     /// The displayed picture of the last frame that combined: sRGB, A is the coverage.

@@ -45,6 +45,8 @@ pub struct Visible {
 /// Pixels of drawn triangles, as the GPU counted them.
 #[derive(Clone, Debug)]
 pub struct Counted {
+    /// Camera generation that was drawn.
+    pub generation: u32,
     /// Last update that was drawn.
     pub sequence: u64,
     /// Triangles with pixels, in ascending order; drawn ones that are missing have none. `None` if nothing was counted.
@@ -247,7 +249,8 @@ impl Engine {
     /// Takes in what the GPU has drawn: triangles that it has replaced can be recycled, counted pixels steer refinement.
     pub fn counted(&mut self, counted: &Counted) {
         self.recycle(counted.sequence);
-        let Some(pixels) = &counted.pixels else { return };
+        // Pixels of another camera say nothing.
+        let Some(pixels) = counted.pixels.as_ref().filter(|_| counted.generation == self.generation) else { return };
         let mut by_node: rustc_hash::FxHashMap<NodeId, f32> = rustc_hash::FxHashMap::default();
         for &(leaf, count) in pixels {
             if self.published.is_older(leaf, counted.sequence) {
