@@ -10,7 +10,13 @@ use penombre::scene::{Display, FaceId, Scene};
 use support::*;
 
 const FULL: FrameOptions =
-    FrameOptions { full_luminance: true, colour: true, combine: None, update_mode: UpdateMode::Stencil };
+    FrameOptions { full_luminance: true, colour: true, combine: None, update_mode: UpdateMode::Stencil, queries: 0 };
+
+const PATCHES: FrameOptions = FrameOptions { full_luminance: false, colour: false, ..FULL };
+
+fn lit(position: Vec3) -> Slot {
+    Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO }
+}
 
 /// A face's leaves, each with a value of its own.
 struct Painted {
@@ -150,5 +156,93 @@ fn pixels_are_counted_as_the_images_show_them() {
         let differing = expected.filter(|c| !counts.leaves.contains(c)).count();
         assert!(differing <= counts.uncovered as usize, "{differing}");
         println!("{} leaves, {} pixels uncovered", counts.leaves.len(), counts.uncovered);
+    });
+}
+
+/// A leaf as the test knows it.
+type KnownLeaf = (LeafId, FaceId, [Vec3; 3]);
+
+/// An update that splits these leaves; what they become is added to `next`, with ids from `free` on.
+fn split_update(leaves: &[KnownLeaf], next: &mut Vec<KnownLeaf>, free: &mut u32) -> Update {
+    let mut update = Update::default();
+    for &(old, face, corners) in leaves {
+        let start = update.patch_leaves.len() as u32;
+        update.patch_leaves.push(old);
+        for part in split(corners, 1) {
+            let (id, slots) = (LeafId(*free), [0, 1, 2].map(|k| SlotId(3 * *free + k)));
+            *free += 1;
+            let diffuse = Vec3::splat(1.0 + noise(id.0));
+            let slot = |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO };
+            update.slots.extend(slots.into_iter().zip(part.map(slot)));
+            update.leaves.push((id, Leaf { slots, face }));
+            update.patch_leaves.push(id);
+            next.push((id, face, part));
+        }
+        update.patches.push(Patch { face, old: start..start + 1, new: start + 1..start + 5 });
+    }
+    update
+}
+
+#[test]
+fn queries_count_what_the_image_shows() {
+    with_renderer(|renderer| {
+        assert!(renderer.device().report().precise_queries);
+        for update_mode in MODES {
+            let scene = terrain(30);
+            let visible = faces(&show(renderer, &scene, 320, 240));
+            renderer.reset_leaves();
+            renderer.apply(&base_update(&scene, visible.iter().copied(), false, |_, p| lit(p))).unwrap();
+            renderer.frame(&FULL).unwrap();
+            let mut leaves: Vec<KnownLeaf> =
+                visible.iter().map(|&face| (LeafId(face.0), face, scene.corners(face.triangle()))).collect();
+            let (mut free, mut queries, mut pixels) = (2 * scene.triangles.len() as u32, 0, 0);
+            while queries < 10_000 {
+                let mut next = Vec::new();
+                for part in leaves.chunks(250) {
+                    let first = free;
+                    renderer.apply(&split_update(part, &mut next, &mut free)).unwrap();
+                    let stats = renderer.frame(&FrameOptions { update_mode, queries: 1000, ..PATCHES }).unwrap();
+                    let counted = renderer.query_counts().to_vec();
+                    assert_eq!((stats.queries as usize, counted.len()), (4 * part.len(), 4 * part.len()));
+                    let mut shown = vec![0; (free - first) as usize];
+                    for id in renderer.read_layers().unwrap().leaf_id.into_iter().filter(|&id| id > first) {
+                        shown[(id - 1 - first) as usize] += 1;
+                    }
+                    for (leaf, count) in &counted {
+                        assert_eq!(*count, shown[(leaf.0 - first) as usize], "{update_mode:?}, leaf {leaf:?}");
+                    }
+                    pixels += stats.query_pixels;
+                    queries += counted.len();
+                }
+                leaves = next;
+            }
+            println!("{update_mode:?}: {queries} queries, {pixels} pixels");
+            assert!(pixels > 70_000, "{pixels}");
+        }
+    });
+}
+
+#[test]
+fn the_largest_patches_are_queried_within_the_budget() {
+    with_renderer(|renderer| {
+        let mut scene = empty_scene();
+        for i in 0..6u32 {
+            let width = 0.1 * (i + 1) as f32;
+            let origin = Vec3::new(-1.0 + 0.05 * (i * (i + 1)) as f32, -0.5, 0.0);
+            add_quad(&mut scene, origin, Vec3::X * width, Vec3::Y, 0, 1.0);
+        }
+        let visible = faces(&show(renderer, &scene, 128, 96));
+        renderer.apply(&base_update(&scene, visible.iter().copied(), false, |_, p| lit(p))).unwrap();
+        renderer.frame(&FULL).unwrap();
+        let leaves: Vec<KnownLeaf> =
+            visible.iter().map(|&face| (LeafId(face.0), face, scene.corners(face.triangle()))).collect();
+        let mut next = Vec::new();
+        renderer.apply(&split_update(&leaves, &mut next, &mut 100)).unwrap();
+        renderer.frame(&FrameOptions { queries: 18, ..PATCHES }).unwrap();
+        let counted: Vec<LeafId> = renderer.query_counts().iter().map(|c| c.0).collect();
+        // Room for four patches: the two widest quads, of two faces each.
+        let wide = next.iter().filter(|(_, face, _)| face.triangle().0 >= 8);
+        assert_eq!(counted.len(), 16);
+        assert!(wide.map(|leaf| leaf.0).all(|leaf| counted.contains(&leaf)));
     });
 }

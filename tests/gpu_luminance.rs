@@ -11,10 +11,10 @@ use std::cell::Cell;
 use support::*;
 
 const FULL: FrameOptions =
-    FrameOptions { full_luminance: true, colour: true, combine: None, update_mode: UpdateMode::Stencil };
+    FrameOptions { full_luminance: true, colour: true, combine: None, update_mode: UpdateMode::Stencil, queries: 0 };
 
 fn patches(update_mode: UpdateMode) -> FrameOptions {
-    FrameOptions { full_luminance: false, colour: false, combine: None, update_mode }
+    FrameOptions { full_luminance: false, colour: false, combine: None, update_mode, queries: 0 }
 }
 
 /// A field of light that is linear in space: interpolation must give it back exactly.

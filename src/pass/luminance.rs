@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::vk::commands::{Draws, Load};
 use crate::vk::pipeline::{DepthStencil, PipelineDesc};
 use crate::vk::report::{COLOUR_FORMAT, ID_FORMAT};
-use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
+use crate::vk::{Bindings, Device, OcclusionQueries, Pass, Pipeline, shaders};
 use ash::vk::{CompareOp, StencilOp};
 
 /// The pass of that name. Depth and stencil state are dynamic: four pipelines serve all update modes.
@@ -44,12 +44,28 @@ impl Luminance {
     }
 
     /// Records the draws of a plan.
-    pub(super) fn record<'a>(&'a self, pass: &Pass<'a>, bindings: &'a Bindings, targets: &'a Targets, plan: &Plan) {
+    pub(super) fn record<'a>(
+        &'a self,
+        pass: &Pass<'a>,
+        bindings: &'a Bindings,
+        targets: &'a Targets,
+        plan: &Plan,
+        queries: Option<&'a OcclusionQueries>,
+    ) {
+        if let Some(queries) = queries.filter(|_| !plan.queried.is_empty()) {
+            pass.reset_queries(queries);
+        }
         let load = if plan.clear { Load::Clear } else { Load::Keep };
         let images = [&targets.diffuse, &targets.specular, &targets.leaf_ids];
         pass.render(&images, Some(&targets.luminance_depth), load, |draws| {
-            for &step in &plan.steps {
-                self.step(draws, bindings, step);
+            let mut queried = (0..).zip(&plan.queried).peekable();
+            for (number, &step) in plan.steps.iter().enumerate() {
+                match (queries, queried.next_if(|(_, (_, counted))| *counted == number)) {
+                    (Some(queries), Some((query, _))) => {
+                        draws.counted(queries, query, || self.step(draws, bindings, step));
+                    }
+                    _ => self.step(draws, bindings, step),
+                }
             }
         });
     }

@@ -23,10 +23,12 @@ pub struct Layers {
     pub s: Vec<[f32; 3]>,
     /// Face id + 1; 0 without geometry.
     pub face_id: Vec<u32>,
+    /// Leaf id + 1; 0 where no leaf was drawn.
+    pub leaf_id: Vec<u32>,
 }
 
-/// Bytes a pixel of each copied image: linear, L_e, k_d, k_s, D, S, ids.
-const LAYER_BYTES: [u64; 7] = [16, 8, 8, 8, 8, 8, 4];
+/// Bytes a pixel of each copied image: linear, L_e, k_d, k_s, D, S, ids of faces and of leaves.
+const LAYER_BYTES: [u64; 8] = [16, 8, 8, 8, 8, 8, 4, 4];
 
 /// A host-visible buffer that holds all layers of a frame at once.
 pub(super) struct ReadBack {
@@ -54,7 +56,9 @@ impl ReadBack {
 
     pub(super) fn record_layers<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
         let (emission, kd, ks, ids) = (&targets.emission, &targets.kd, &targets.ks, &targets.ids);
-        let images = [&targets.linear, emission, kd, ks, &targets.filled_diffuse, &targets.filled_specular, ids];
+        let leaves = &targets.leaf_ids;
+        let images =
+            [&targets.linear, emission, kd, ks, &targets.filled_diffuse, &targets.filled_specular, ids, leaves];
         for (number, image) in images.into_iter().enumerate() {
             pass.copy_image(image, &self.buffer, self.offset(number));
         }
@@ -83,6 +87,7 @@ impl ReadBack {
             d: self.colour(4, luminance_scale)?,
             s: self.colour(5, luminance_scale)?,
             face_id: self.buffer.read(self.offset(6), self.pixels)?,
+            leaf_id: self.buffer.read(self.offset(7), self.pixels)?,
         })
     }
 

@@ -13,14 +13,17 @@ use super::targets::Targets;
 use super::visibility::{Visibility, count_pixels};
 use super::warm_up;
 use crate::error::Result;
-use crate::refine::update::Update;
+use crate::refine::update::{LeafId, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{FaceId, Scene};
 use crate::vk::buffer::BufferUse;
 use crate::vk::timestamp::PassTimes;
-use crate::vk::{Bindings, Buffer, Commands, Device};
+use crate::vk::{Bindings, Buffer, Commands, Device, OcclusionQueries};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
+
+/// Queries that a frame may ask for.
+const MAX_QUERIES: u32 = 1024;
 
 /// The passes.
 pub(super) struct Passes {
@@ -67,6 +70,9 @@ pub struct Renderer {
     /// Whether depth EQUAL finds what was drawn; by self-test.
     pub(super) stencil_works: bool,
     histogram: Histogram,
+    /// Where the device counts exactly.
+    pub(super) queries: Option<OcclusionQueries>,
+    pub(super) query_counts: Vec<(LeafId, u32)>,
     /// Passes run since the last frame's statistics.
     pub(super) times: PassTimes,
     /// Last, so that it goes after everything made from it.
@@ -104,6 +110,8 @@ impl Renderer {
             depth_is_current: false,
             stencil_works: true,
             histogram: Histogram::default(),
+            queries: OcclusionQueries::new(&device, "patch pixels", MAX_QUERIES)?,
+            query_counts: Vec::new(),
             times: PassTimes::default(),
             targets,
             uniform,
@@ -187,7 +195,7 @@ impl Renderer {
         Ok(counts)
     }
 
-    /// Takes changes in; they are drawn by the next frame.
+    /// Takes changes in; they are drawn by the next frame, or by several if they are many.
     ///
     /// # Errors
     /// [`crate::error::Error::Internal`] for an update that contradicts itself.
@@ -211,6 +219,24 @@ impl Renderer {
         let times = recording.submit()?;
         self.times.extend(times);
         Ok(self.histogram.count(self.read_back.ids()?, &self.face_ids, &self.mesh))
+    }
+
+    /// What the queries of the last frame counted, in the order drawn: leaves with the pixels that each was drawn to.
+    #[must_use]
+    pub fn query_counts(&self) -> &[(LeafId, u32)] {
+        &self.query_counts
+    }
+
+    /// Whether changes wait for the next frame.
+    #[must_use]
+    pub fn has_pending(&self) -> bool {
+        self.mesh.has_pending()
+    }
+
+    /// Number of the last update that the images show completely.
+    #[must_use]
+    pub fn drawn_sequence(&self) -> u64 {
+        self.mesh.drawn_sequence()
     }
 
     /// The displayed picture of the last frame that combined: sRGB, A is the coverage.
