@@ -170,6 +170,39 @@ fn patches_give_what_a_full_redraw_gives() {
 }
 
 #[test]
+fn what_waits_for_later_frames_is_drawn_in_order() {
+    with_renderer(|renderer| {
+        for mode in MODES {
+            let scene = terrain(48);
+            let visible = faces(&show(renderer, &scene, 240, 240));
+            let mut mesh = Splitter::new(&scene, &visible);
+            renderer.reset_leaves();
+            let mut sequence = 1;
+            let mut send = |renderer: &mut Renderer, update: Update| {
+                renderer.apply(&Update { sequence, ..update }).unwrap();
+                sequence += 1;
+            };
+            send(renderer, base_update(&scene, visible.iter().copied(), false, |_, p| mesh.slot(p)));
+            renderer.frame(&FULL).unwrap();
+            assert_eq!(renderer.drawn_sequence(), 1);
+            // Four times as many leaves as a frame draws; then changes to those drawn already and to those that wait.
+            send(renderer, mesh.split(1.0));
+            let stats = renderer.frame(&patches(mode)).unwrap();
+            assert!(stats.leaves_drawn > 4000 && stats.leaves_drawn < 18_000, "{stats:?}");
+            assert_eq!(renderer.drawn_sequence(), 1);
+            send(renderer, mesh.change(0.2));
+            renderer.frame(&patches(mode)).unwrap();
+            send(renderer, mesh.split(0.3));
+            send(renderer, mesh.change(0.2));
+            renderer.frame(&patches(mode)).unwrap();
+            assert!(renderer.has_pending());
+            compare_with_full(renderer, mode, "what waited");
+            assert_eq!(renderer.drawn_sequence(), 5);
+        }
+    });
+}
+
+#[test]
 fn modes_can_be_changed_between_frames() {
     with_renderer(|renderer| {
         let scene = scene_to_refine();

@@ -101,7 +101,9 @@ impl Twins {
         self.leaf_faces.extend(update.leaves.iter().map(|(id, leaf)| (id.0, leaf.face)));
         for patch in &update.patches {
             let leaves = |r: &std::ops::Range<u32>| &update.patch_leaves[r.start as usize..r.end as usize];
-            leaves(&patch.old).iter().for_each(|leaf| drop(self.faces.remove(&leaf.0)));
+            for leaf in leaves(&patch.old) {
+                self.faces.remove(&leaf.0);
+            }
             self.faces.extend(leaves(&patch.new).iter().map(|leaf| (leaf.0, self.leaf_faces[&leaf.0])));
         }
     }

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use penombre::pass::{FrameOptions, Renderer, UpdateMode};
 use penombre::refine::update::Slot;
 use penombre::scene::camera::ImageSize;
-use penombre::scene::{Display, Scene};
+use penombre::scene::{Display, FaceId};
 use penombre::vk::{Device, DeviceOptions};
 use std::sync::Arc;
 use std::time::Instant;
@@ -24,15 +24,15 @@ fn start_up_and_passes() {
     let start = Instant::now();
     let mut renderer = Renderer::new(Arc::clone(&device), ImageSize { width: 500, height: 500 }).unwrap();
     println!("pipelines {:.1} ms", ms(start));
-    for (n, size) in [(10, 500), (100, 500), (370, 500)] {
+    for (n, width, height) in [(10, 500, 500), (100, 500, 500), (370, 500, 500), (100, 1024, 768)] {
         let scene = terrain(n);
         let start = Instant::now();
         renderer.load(&scene).unwrap();
-        println!("{} triangles, {size} x {size}: load {:.1} ms", scene.triangles.len(), ms(start));
-        renderer.resize(ImageSize { width: size, height: size }).unwrap();
-        renderer.set_view(&view_of(&scene, size, size), Vec2::ZERO);
+        println!("{} triangles, {width} x {height}: load {:.1} ms", scene.triangles.len(), ms(start));
+        renderer.resize(ImageSize { width, height }).unwrap();
+        renderer.set_view(&view_of(&scene, width, height), Vec2::ZERO);
         let visible = renderer.visibility().unwrap();
-        let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
+        let light = |_: FaceId, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
         renderer.apply(&base_update(&scene, faces(&visible), false, light)).unwrap();
         let combine = Some(Display::default());
         let all =
@@ -51,7 +51,14 @@ fn start_up_and_passes() {
                 renderer.frame(&options).unwrap();
             });
         }
-        let changed = || base_update(&scene, faces(&visible).into_iter().take(1000), true, light);
+        // Scattered over the mesh, with values that differ each time.
+        let every = (visible.len() / 1000).max(1);
+        let count = std::cell::Cell::new(1.0);
+        let changed = || {
+            count.set(count.get() + 0.01);
+            let light = |_, position| Slot { diffuse: Vec3::splat(count.get()), ..light(FaceId(0), position) };
+            base_update(&scene, faces(&visible).into_iter().step_by(every).take(1000), true, light)
+        };
         for mode in MODES {
             per_call(&format!("1000 values, {mode:?}"), || {
                 renderer.apply(&changed()).unwrap();
@@ -91,7 +98,7 @@ fn per_call(name: &str, mut call: impl FnMut()) {
 fn many_triangles_at_once() {
     let options = DeviceOptions { device: None, validation: Some(false) };
     let Ok(device) = Device::new(&options) else { return };
-    for (mode, n) in MODES.into_iter().flat_map(|mode| [(mode, 30), (mode, 112)]) {
+    for (mode, n) in MODES.into_iter().flat_map(|mode| [(mode, 30), (mode, 112), (mode, 160)]) {
         let size = ImageSize { width: 512, height: 512 };
         let mut renderer = Renderer::new(Arc::clone(&device), size).unwrap();
         let scene = terrain(n);
@@ -123,9 +130,11 @@ fn many_triangles_at_once() {
             visible.len()
         );
         let full = FrameOptions { full_luminance: true, combine: None, ..frame };
-        per_call("full redraw", || drop(renderer.frame(&full).unwrap()));
+        per_call("full redraw", || {
+            renderer.frame(&full).unwrap();
+        });
         per_call("full redraw with colour and combine", || {
-            drop(renderer.frame(&FrameOptions { full_luminance: true, colour: true, ..frame }).unwrap());
+            renderer.frame(&FrameOptions { full_luminance: true, colour: true, ..frame }).unwrap();
         });
         per_call("leaf_counts", || drop(renderer.leaf_counts().unwrap()));
     }

@@ -1,6 +1,6 @@
 //! `penombre render`: set up in parallel, run the frame loop, write the images.
 
-use super::args::{RenderArgs, thread_count};
+use super::args::{PixelCounts, RenderArgs, thread_count};
 use super::progress::Progress;
 use super::session::{Ended, Session};
 use super::{Outcome, interrupt, output, scene, stills};
@@ -9,7 +9,7 @@ use crate::geom::bvh::Bvh;
 use crate::image::exr::{RgbImage, read_rgb};
 use crate::image::film;
 use crate::log::summary::Summary;
-use crate::pass::Renderer;
+use crate::pass::{Renderer, UpdateMode};
 use crate::refine::engine::{Engine, Visible};
 use crate::refine::options::Options;
 use crate::refine::thread::{EngineThread, Pace};
@@ -52,6 +52,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let ended = session.run()?;
     drop(session);
     let shot = Shot { view: &view, camera, display };
+    summary.warnings.extend(fallbacks(args, &gpu.renderer));
     summary.warnings.extend(write_images(args, &mut gpu.renderer, &shot)?);
     summary.times.bvh = bvh_seconds.get().copied();
     finish(args, summary, &gpu, &ended, start)?;
@@ -158,6 +159,20 @@ fn spawn<T: Send + 'static>(name: &str, work: impl FnOnce() -> T + Send + 'stati
 
 fn join<T>(thread: JoinHandle<T>) -> Result<T> {
     thread.join().map_err(|_| Error::Internal("a set-up thread panicked".to_owned()))
+}
+
+/// Says what the device cannot do as asked, and what is done instead.
+fn fallbacks(args: &RenderArgs, renderer: &Renderer) -> Vec<String> {
+    let device = &renderer.device().report().name;
+    let inexact = args.pixel_counts == PixelCounts::Query && !renderer.device().report().precise_queries;
+    let unequal = args.update == UpdateMode::Stencil && !renderer.stencil_works();
+    let cases = [
+        (inexact, "counts no pixels exactly by query: --pixel-counts histogram is used"),
+        (unequal, "does not redraw triangles at equal depth: --update id is used"),
+    ];
+    let warnings: Vec<String> = cases.iter().filter(|c| c.0).map(|c| format!("warning: {device} {}", c.1)).collect();
+    warnings.iter().for_each(|warning| output::report(warning));
+    warnings
 }
 
 /// Uploads the scene and finds what the camera sees: the union over the jitters of the written image, pixels averaged.

@@ -260,7 +260,9 @@ impl Engine {
             }
         }
         let listed: FxHashSet<LeafId> = pixels.iter().filter(|_| !counted.complete).map(|&(leaf, _)| leaf).collect();
-        for leaf in self.all_visible_leaves() {
+        let mut nodes: Vec<NodeId> = by_node.keys().copied().collect();
+        nodes.sort_unstable();
+        for leaf in if counted.complete { self.all_visible_leaves() } else { nodes } {
             let node = &self.cache.topology.nodes[leaf.0];
             let counted = |l: &LeafId| match counted.complete {
                 true => self.published.is_older(*l, counted.sequence),
