@@ -8,6 +8,7 @@ use super::weld::{Group, Weld};
 use crate::scene::{FaceId, Scene, TriangleId};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 
 /// Index of a vertex slot: position and luminance of one drawn vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -253,6 +254,14 @@ impl Cache {
     #[must_use]
     pub fn corner_vertices(&self, node: NodeId) -> [VertexId; 3] {
         self.topology.nodes[node.0].corners.map(|slot| self.slots[slot.0].vertex)
+    }
+
+    /// The vertices that a leaf is drawn with: its corners, and the midpoints on its edges.
+    #[must_use]
+    pub fn drawn_vertices(&self, node: NodeId) -> SmallVec<[VertexId; 6]> {
+        let edges = self.topology.nodes[node.0].edges;
+        let middles = edges.iter().filter_map(|&edge| self.topology.midpoint(edge));
+        self.corner_vertices(node).into_iter().chain(middles).collect()
     }
 
     /// Positions of a node's corners.

@@ -38,6 +38,8 @@ pub struct Vertex {
 pub struct Progress {
     /// Whether light has been sampled or inferred at all.
     pub visited: bool,
+    /// Whether any light has been traced.
+    pub traced: bool,
     /// Whether the contact test found it covered by other geometry: its light is not its surface's.
     pub covered: bool,
     /// Raised whenever its samples change, so that queued work based on older ones is recognised.

@@ -307,6 +307,7 @@ pub fn apply(cache: &mut Cache, results: &Results) {
     for result in &results.lights {
         let layer = &mut cache.layers[result.light as usize];
         *layer.visibility.entry(result.vertex.0) = result.visibility;
+        cache.vertices[result.vertex.0].progress.traced |= result.visibility.origin == Origin::Sampled;
         for &(slot, sum) in sums.by_ref().take(result.sums as usize) {
             let entry = layer.sums.entry(slot.0);
             entry.visible += sum.visible;
