@@ -40,26 +40,63 @@ fn start_up_and_passes() {
     let ms = |since: Instant| since.elapsed().as_secs_f64() * 1e3;
     println!("device {:.1} ms", ms(start));
     let start = Instant::now();
-    let mut renderer = Renderer::new(Arc::clone(&device)).unwrap();
+    let mut renderer = Renderer::new(Arc::clone(&device), ImageSize { width: 500, height: 500 }).unwrap();
     println!("pipelines {:.1} ms", ms(start));
-    for (n, size) in [(10, 64), (10, 500), (100, 512), (370, 512), (370, 512)] {
+    for (n, size) in [(10, 500), (100, 500), (370, 500)] {
         let scene = terrain(n);
         let start = Instant::now();
         renderer.load(&scene).unwrap();
         println!("{} triangles, {size} x {size}: load {:.1} ms", scene.triangles.len(), ms(start));
         renderer.resize(ImageSize { width: size, height: size }).unwrap();
         renderer.set_view(&view_of(&scene, size, size), Vec2::ZERO);
-        for round in 0..3 {
-            let start = Instant::now();
-            let visible = renderer.visibility().unwrap();
-            let seen = ms(start);
-            let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
-            renderer.apply(&base_update(&scene, faces(&visible), round > 0, light)).unwrap();
-            let combine = Some(Display::default());
-            let full = FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil };
-            let start = Instant::now();
-            let stats = renderer.frame(&full).unwrap();
-            println!("  visibility call {seen:.1} ms, frame call {:.1} ms, {stats:.1?}", ms(start));
+        let visible = renderer.visibility().unwrap();
+        let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
+        renderer.apply(&base_update(&scene, faces(&visible), false, light)).unwrap();
+        let combine = Some(Display::default());
+        let all = FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil };
+        let first = renderer.frame(&all).unwrap();
+        println!("  first frame {first:.1?}");
+        per_call("visibility", || drop(renderer.visibility().unwrap()));
+        let none = FrameOptions { full_luminance: false, colour: false, combine: None, ..all };
+        for (name, options) in [
+            ("empty", none),
+            ("colour", FrameOptions { colour: true, ..none }),
+            ("luminance", FrameOptions { full_luminance: true, ..none }),
+            ("combine", FrameOptions { combine, ..none }),
+        ] {
+            per_call(name, || {
+                renderer.frame(&options).unwrap();
+            });
         }
+        let changed = || base_update(&scene, faces(&visible).into_iter().take(1000), true, light);
+        for mode in MODES {
+            per_call(&format!("1000 values, {mode:?}"), || {
+                renderer.apply(&changed()).unwrap();
+                renderer.frame(&FrameOptions { update_mode: mode, ..none }).unwrap();
+            });
+        }
+        per_call("read_display", || drop(renderer.read_display().unwrap()));
+        per_call("read_layers", || drop(renderer.read_layers().unwrap()));
     }
+}
+
+/// CPU time of the whole process, ms: what a busy machine does not distort. Ticks of 10 ms.
+fn cpu_ms() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
+    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or_default().split_whitespace().collect();
+    [11, 12].iter().filter_map(|&i| fields.get(i)?.parse::<f64>().ok()).sum::<f64>() * 10.0
+}
+
+fn per_call(name: &str, mut call: impl FnMut()) {
+    const CALLS: u32 = 20;
+    let (cpu, wall) = (cpu_ms(), Instant::now());
+    for _ in 0..CALLS {
+        call();
+    }
+    let calls = f64::from(CALLS);
+    println!(
+        "  {name}: {:.1} ms CPU, {:.1} ms wall",
+        (cpu_ms() - cpu) / calls,
+        wall.elapsed().as_secs_f64() * 1e3 / calls
+    );
 }

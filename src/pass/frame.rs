@@ -91,8 +91,8 @@ impl Renderer {
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
     pub fn frame(&mut self, options: &FrameOptions) -> Result<FrameStats> {
-        let (plan, patches) = self.plan(options);
-        self.send(&plan, options.combine)?;
+        let (mut plan, patches) = self.plan(options);
+        self.send(&mut plan, options.combine)?;
         let Self { commands, passes, bindings, targets, .. } = self;
         let mut recording = commands.begin()?;
         if options.colour {
@@ -137,12 +137,12 @@ impl Renderer {
     }
 
     /// Sends what the shaders read.
-    fn send(&mut self, plan: &Plan, display: Option<Display>) -> Result<()> {
+    fn send(&mut self, plan: &mut Plan, display: Option<Display>) -> Result<()> {
         self.mesh.slots.flush(&self.device)?;
         self.mesh.leaves.flush(&self.device)?;
-        self.leaf_list.replace(plan.list.clone());
+        self.leaf_list.replace(std::mem::take(&mut plan.list));
         self.leaf_list.flush(&self.device)?;
-        self.marks.replace(plan.marks.clone());
+        self.marks.replace(std::mem::take(&mut plan.marks));
         self.marks.flush(&self.device)?;
         self.send_uniform(display)
     }

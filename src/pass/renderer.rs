@@ -10,6 +10,7 @@ use super::scene_buffers::SceneBuffers;
 use super::shared::FrameUniform;
 use super::targets::Targets;
 use super::visibility::{Visibility, count_pixels};
+use super::warm_up;
 use crate::error::Result;
 use crate::refine::update::Update;
 use crate::scene::camera::{Camera, ImageSize, View};
@@ -70,27 +71,28 @@ pub struct Renderer {
 
 impl Renderer {
     /// Compiles the pipelines and draws a miniature with each, so that no frame waits for the driver's compiler and
-    /// the stencil mode is known to work. Needs no scene: it can run while one loads.
+    /// the stencil mode is known to work. Needs no scene: it can run while one loads. `size` is that of the frames to come
+    /// ([`Self::resize`] still makes their images).
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when memory runs out.
-    pub fn new(device: Arc<Device>) -> Result<Self> {
+    pub fn new(device: Arc<Device>, size: ImageSize) -> Result<Self> {
         let mut commands = Commands::new(&device, "frame")?;
         let mut bindings = Bindings::new(&device, "frame", 6)?;
         let uniform = Buffer::new(&device, "uniform", size_of::<FrameUniform>() as u64, BufferUse::Stream)?;
-        let size = ImageSize { width: 1, height: 1 };
-        let targets = Targets::new(&device, &mut commands, size)?;
+        let miniature = warm_up::miniature_size(size);
+        let targets = Targets::new(&device, &mut commands, miniature)?;
         bindings.bind_uniform(&uniform);
         bindings.bind_images(&targets.sampled());
         let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 45.0 };
         let mut renderer = Self {
             passes: Passes::new(&device, &bindings)?,
-            read_back: ReadBack::new(&device, size.pixels())?,
+            read_back: ReadBack::new(&device, miniature.pixels())?,
             scene: SceneBuffers::new(&device, &mut commands, &Scene::default())?,
             mesh: LuminanceMesh::new(&device)?,
             leaf_list: Mirror::new(&device, "leaf list")?,
             marks: Mirror::new(&device, "marks")?,
-            view: View::new(&camera, size, 1.0),
+            view: View::new(&camera, miniature, 1.0),
             jitter: Vec2::ZERO,
             visible: Vec::new(),
             luminance_scale: 1.0,

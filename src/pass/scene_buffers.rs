@@ -10,8 +10,10 @@ use crate::vk::{Buffer, Commands, Device};
 use bytemuck::NoUninit;
 use rayon::prelude::*;
 
-/// Half floats end at 65504; values are scaled to stay well under it.
-const HALF_HEADROOM: f32 = 16384.0;
+/// Largest values that half floats (up to 2^16, full precision from 2^-14) hold well as they are.
+const COMFORTABLE: std::ops::RangeInclusive<f32> = 0.003_906_25..=16384.0;
+/// Where the largest value is brought otherwise: 2^5 of head-room for values that grow, 2^24 for dark ones.
+const TARGET_EXPONENT: f32 = 10.0;
 
 /// Everything that the passes read of the scene.
 pub(super) struct SceneBuffers {
@@ -78,11 +80,10 @@ impl SceneBuffers {
 
 /// The power of two that brings `max` to half range, 1 if it is there already. A power of two rounds nothing.
 pub(super) fn fitting_scale(max: f32) -> f32 {
-    let comfortable = 2f32.powi(-8)..=HALF_HEADROOM;
-    if max == 0.0 || !max.is_finite() || comfortable.contains(&max) {
+    if max == 0.0 || !max.is_finite() || COMFORTABLE.contains(&max) {
         return 1.0;
     }
-    (-max.log2().floor()).clamp(-100.0, 100.0).exp2()
+    (TARGET_EXPONENT - max.log2().floor()).clamp(-100.0, 100.0).exp2()
 }
 
 fn filled<T: NoUninit>(device: &Device, commands: &mut Commands, name: &str, data: &[T]) -> Result<Buffer> {

@@ -13,16 +13,20 @@ use glam::{Vec2, Vec3};
 
 /// Triangles of the miniature: enough for depths of all slopes to be compared.
 const TRIANGLES: u32 = 48;
-/// Pixels a side.
-const SIZE: u32 = 64;
+
+/// The size of the miniature that stands for frames of `size`. llvmpipe compiles shaders anew for images whose sides
+/// are powers of two where those before were not, or the other way round: each side must be of the same sort.
+pub(super) fn miniature_size(size: ImageSize) -> ImageSize {
+    let side = |pixels: u32| if pixels.is_power_of_two() { 64 } else { 60 };
+    ImageSize { width: side(size.width), height: side(size.height) }
+}
 
 impl Renderer {
     /// Runs every pass in every mode; sets whether patches drawn through the stencil cover what a full draw covered.
     pub(super) fn warm_up(&mut self) -> Result<()> {
         let scene = miniature();
-        let size = ImageSize { width: SIZE, height: SIZE };
+        let size = self.targets.size;
         self.load(&scene)?;
-        self.resize(size)?;
         self.set_view(&View::new(&scene.cameras[0].camera, size, scene.diagonal()), Vec2::ZERO);
         let visible: Vec<FaceId> = self.visibility()?.iter().map(|&(face, _)| face).collect();
         let combine = Some(Display::default());

@@ -77,10 +77,11 @@ impl Buffer {
         self.address
     }
 
-    /// Whether the host can write it directly.
+    /// Whether the host can write it directly, with no flush to follow.
     #[must_use]
     pub fn is_mapped(&self) -> bool {
-        self.allocation.as_ref().is_some_and(|a| a.mapped_ptr().is_some())
+        let coherent = |a: &Allocation| a.memory_properties().contains(vk::MemoryPropertyFlags::HOST_COHERENT);
+        self.allocation.as_ref().is_some_and(|a| a.mapped_ptr().is_some() && coherent(a))
     }
 
     /// Writes `data` at `offset` bytes. `&mut self`: no recording borrows the buffer, so the device is not reading it.

@@ -42,7 +42,7 @@ pub fn finish(device: Arc<Device>) {
 /// Runs a test on a renderer, then checks what `finish` checks.
 pub fn with_renderer(test: impl FnOnce(&mut Renderer)) {
     let Some(device) = device() else { return };
-    let mut renderer = Renderer::new(Arc::clone(&device)).unwrap();
+    let mut renderer = Renderer::new(Arc::clone(&device), ImageSize { width: 64, height: 48 }).unwrap();
     test(&mut renderer);
     drop(renderer);
     finish(device);
