@@ -88,12 +88,13 @@ struct Gpu {
 }
 
 fn open_gpu(args: &RenderArgs) -> Result<JoinHandle<Result<Gpu>>> {
+    let size = args.scene.size;
     let options = DeviceOptions { device: args.device.device.clone(), validation: None };
     spawn("penombre-gpu-setup", move || {
         let start = Instant::now();
         let device = Device::new(&options)?;
         let device_seconds = start.elapsed().as_secs_f64();
-        let renderer = Renderer::new(device)?;
+        let renderer = Renderer::new(device, size)?;
         let pipeline_seconds = start.elapsed().as_secs_f64() - device_seconds;
         Ok(Gpu { renderer, device_seconds, pipeline_seconds })
     })
