@@ -29,7 +29,7 @@ impl Footprint {
     }
 }
 
-/// Barycentrics of corners 1 and 2 where a ray meets the plane of a triangle [Möller and Trumbore 1997].
+/// Barycentrics of corners 1 and 2 where a ray meets the plane of a triangle.
 fn barycentrics([a, b, c]: [Vec3; 3], origin: Vec3, direction: Vec3) -> Vec2 {
     let (edge1, edge2, s) = (b - a, c - a, origin - a);
     let p = direction.cross(edge2);
