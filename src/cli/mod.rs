@@ -13,6 +13,7 @@ pub mod session;
 pub mod stills;
 mod values;
 pub mod verdict;
+pub mod yardstick;
 
 use crate::error::Result;
 use crate::image::atomic;
