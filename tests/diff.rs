@@ -151,7 +151,7 @@ fn values_that_are_no_numbers_fail_a_limit() {
     write_exr(&folder.path().join("nan.exr"), SIZE, &bad, 0.0, None);
     let output = diff(folder.path(), "nan.exr b.exr --max-rmse 1");
     assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).contains("1 pixels are NaN or infinite"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("NaN or infinite in one of the images: 1 pixels"), "{}", stderr(&output));
 }
 
 #[test]

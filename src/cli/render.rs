@@ -58,6 +58,9 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     summary.warnings.extend(write_images(args, &mut gpu.renderer, &shot)?);
     summary.times.bvh = bvh_seconds.get().copied();
     finish(args, summary, &gpu, &ended, start)?;
+    let device = Arc::clone(gpu.renderer.device());
+    drop(gpu);
+    say_what_is_left(&device);
     Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
 }
 
@@ -183,6 +186,14 @@ fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> 
         }
     }
     Ok(warnings)
+}
+
+/// Prints what was not destroyed, where the validation layers listen (`PENOMBRE_VALIDATION=1`); their own messages are
+/// printed as they come.
+fn say_what_is_left(device: &Device) {
+    if device.validates() {
+        device.live_objects().iter().for_each(|object| output::report(&format!("vulkan: not destroyed: {object}")));
+    }
 }
 
 /// Writes the run summary beside the log and says what was done.

@@ -112,7 +112,7 @@ impl Verdict {
     pub fn complaints(&self, limits: &LimitArgs) -> Vec<String> {
         let mut lines = Vec::new();
         if self.not_finite > 0 {
-            lines.push(format!("{} pixels are NaN or infinite in one of the images", self.not_finite));
+            lines.push(format!("left out, NaN or infinite in one of the images: {} pixels", self.not_finite));
         }
         for (name, limit, value) in self.limited(limits) {
             if let Some(limit) = limit.filter(|l| value > *l) {

@@ -128,7 +128,7 @@ mod tests {
 
     /// One texel in four is white.
     fn dots() -> Texture {
-        let texel = |i: usize| if i % 2 == 0 && (i / 8) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] };
+        let texel = |i: usize| if [i, i / 8].iter().all(|k| k.is_multiple_of(2)) { [255; 4] } else { [0, 0, 0, 255] };
         Texture::new("dots".to_owned(), [8, 8], (0..64).map(texel).collect())
     }
 
