@@ -1,4 +1,5 @@
 //! The binary as a user drives it: files, statuses and messages, with the validation layers listening.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use glam::{Vec2, Vec3};

@@ -1,4 +1,5 @@
 //! `penombre diff` as a script uses it: values computed by hand, limits and exit statuses, masks, broken inputs.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use glam::{Vec3, Vec4};
 use penombre::image::exr::{Provenance, ReferenceLayers, write_reference};

@@ -1,4 +1,5 @@
 //! The colour pass against the scene's own look-ups.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! Every tone-mapping operator of the combine shader against its twin on the CPU.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod support;
 

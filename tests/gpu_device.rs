@@ -1,4 +1,5 @@
 //! Devices: choice, report, refusals, and that everything is given back.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod support;
 
@@ -17,6 +18,17 @@ fn a_renderer_can_be_made_and_dropped_twice() {
             show(renderer, &confetti(20), 40, 30);
         });
     }
+}
+
+#[test]
+fn a_renderer_can_be_made_on_another_thread() {
+    let Some(device) = device() else { return };
+    let size = ImageSize { width: 33, height: 32 };
+    let shared = Arc::clone(&device);
+    let mut renderer = std::thread::spawn(move || Renderer::new(shared, size)).join().unwrap().unwrap();
+    assert!(!show(&mut renderer, &confetti(20), 33, 32).is_empty());
+    drop(renderer);
+    finish(device);
 }
 
 #[test]
@@ -56,6 +68,16 @@ fn too_large_an_allocation_is_refused_with_its_figure() {
     };
     assert!(message.contains("huge") && message.contains(&device.report().max_allocation_mib.to_string()), "{message}");
     finish(device);
+}
+
+#[test]
+fn too_large_a_picture_is_refused_and_the_old_one_kept() {
+    with_renderer(|renderer| {
+        let before = show(renderer, &confetti(20), 40, 30);
+        let too_wide = ImageSize { width: renderer.device().report().max_image_side + 1, height: 1 };
+        assert!(matches!(renderer.resize(too_wide), Err(Error::Usage(_))));
+        assert_eq!(renderer.visibility().unwrap(), before);
+    });
 }
 
 #[test]

@@ -1,4 +1,5 @@
 //! The frame as a whole: a lit room, looked at and compared with the light that it was given.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod support;
 

@@ -1,4 +1,5 @@
 //! The luminance pass: interpolation, weights, range, and patches against full redraws.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod support;
 
@@ -106,9 +107,12 @@ fn values_beyond_half_range_are_scaled() {
     });
 }
 
+/// A leaf with its face and corners, each a slot and its position.
+type DynamicLeaf = (u32, FaceId, [(u32, Vec3); 3]);
+
 /// A dynamic mesh that splits its leaves in four at random, and tells the renderer.
 struct Splitter {
-    leaves: Vec<(u32, FaceId, [(u32, Vec3); 3])>,
+    leaves: Vec<DynamicLeaf>,
     next_leaf: u32,
     next_slot: u32,
     random: Cell<u32>,
@@ -281,6 +285,26 @@ fn faces_drawn_for_the_first_time_need_no_full_redraw() {
             renderer.apply(&mesh.change(0.3)).unwrap();
             compare_with_full(renderer, mode, "values after first leaves");
         }
+    });
+}
+
+#[test]
+fn faces_without_light_yet_are_dark_not_transparent() {
+    with_renderer(|renderer| {
+        let scene = scene_to_refine();
+        let visible = faces(&show(renderer, &scene, 96, 96));
+        let lit: Vec<FaceId> = visible.iter().copied().step_by(2).collect();
+        let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
+        renderer.apply(&base_update(&scene, lit.iter().copied(), false, light)).unwrap();
+        renderer.frame(&FULL).unwrap();
+        let layers = renderer.read_layers().unwrap();
+        let mut counts = [0, 0];
+        for (d, &id) in layers.d.iter().zip(&layers.face_id).filter(|&(_, &id)| id != 0) {
+            let is_lit = lit.contains(&FaceId(id - 1));
+            assert!((d[0] - f32::from(u8::from(is_lit))).abs() < 1e-3);
+            counts[usize::from(is_lit)] += 1;
+        }
+        assert!(counts[0] > 100 && counts[1] > 100, "{counts:?}");
     });
 }
 

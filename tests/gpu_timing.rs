@@ -1,4 +1,5 @@
 //! Times of start-up and passes, printed; run with `--ignored --nocapture` on a quiet machine.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod support;
 

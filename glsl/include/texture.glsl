@@ -25,9 +25,9 @@ ivec4 footprint(ivec2 size, vec2 uv, out vec2 fraction) {
     return ivec4(low.x, high.x, low.y, high.y);
 }
 
-// Bilinear look-up at one level; uv in OBJ convention (v up).
-vec4 texture_level(uint index, uint level, vec2 uv) {
-    ivec2 size = max(ivec2(frame.textures.at[index].extent) >> int(level), ivec2(1));
+// Bilinear look-up at one level of a texture of `extent`; uv in OBJ convention (v up).
+vec4 texture_level(uint index, ivec2 extent, uint level, vec2 uv) {
+    ivec2 size = max(extent >> int(level), ivec2(1));
     uint first = frame.textures.at[index].first[level];
     vec2 f;
     ivec4 c = footprint(size, uv, f);
@@ -38,14 +38,14 @@ vec4 texture_level(uint index, uint level, vec2 uv) {
 
 // Trilinear look-up; the gradients are those of uv from one pixel to the next. Magnified: level 0.
 vec3 texture_filtered(uint index, vec2 uv, vec2 d_dx, vec2 d_dy) {
-    vec2 size = vec2(frame.textures.at[index].extent);
-    float extent = max(length(d_dx * size), length(d_dy * size));
+    ivec2 extent = ivec2(frame.textures.at[index].extent);
+    float texels = max(length(d_dx * vec2(extent)), length(d_dy * vec2(extent)));
     float last = float(frame.textures.at[index].levels - 1u);
-    float lod = extent > 1.0 ? min(log2(extent), last) : 0.0; // not a number counts as magnified
+    float lod = texels > 1.0 ? min(log2(texels), last) : 0.0; // not a number counts as magnified
     uint level = uint(lod);
-    vec3 fine = texture_level(index, level, uv).rgb;
+    vec3 fine = texture_level(index, extent, level, uv).rgb;
     float share = lod - float(level);
-    return share > 0.0 ? mix(fine, texture_level(index, level + 1u, uv).rgb, share) : fine;
+    return share > 0.0 ? mix(fine, texture_level(index, extent, level + 1u, uv).rgb, share) : fine;
 }
 
 // The cut-out rule, scene::Scene::is_opaque_at.

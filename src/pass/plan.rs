@@ -50,6 +50,13 @@ impl Visible<'_> {
         self.faces.get(mesh.leaves.get(leaf).face as usize).copied().unwrap_or(false)
     }
 
+    /// Whether every visible face has a leaf among these.
+    fn all_have_leaves(&self, mesh: &LuminanceMesh, leaves: &[u32]) -> bool {
+        let mut missing = self.faces.to_vec();
+        leaves.iter().for_each(|&l| missing[mesh.leaves.get(l).face as usize] = false);
+        !missing.contains(&true)
+    }
+
     fn has_mask(&self, mesh: &LuminanceMesh, leaf: u32) -> bool {
         self.masked.get(mesh.leaves.get(leaf).triangle().0 as usize).copied().unwrap_or(false)
     }
@@ -62,7 +69,14 @@ impl Plan {
         // By id, so that equal depths resolve alike however the set came about.
         let mut leaves = mesh.drawn().to_vec();
         leaves.sort_unstable();
-        plan.split_by_mask(mesh, visible, leaves, |leaves, on_face| Step::Full { leaves, on_face });
+        leaves.retain(|&l| visible.shows(mesh, l));
+        if visible.all_have_leaves(mesh, &leaves) {
+            plan.split_by_mask(mesh, visible, leaves, |leaves, on_face| Step::Full { leaves, on_face });
+        } else {
+            // A face without leaves yet hides nothing: what lies behind it must not show through.
+            let leaves = plan.extend(leaves);
+            plan.draw(leaves, Step::Full { leaves, on_face: true });
+        }
         plan
     }
 

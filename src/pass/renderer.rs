@@ -139,14 +139,16 @@ impl Renderer {
     /// Makes the images of a size. What they showed is gone: draw visibility, colour and all luminance next.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    /// [`crate::error::Error::Exhausted`] when memory runs out, [`crate::error::Error::Usage`] for a size that the device
+    /// does not allow. The images stay as they were.
     pub fn resize(&mut self, size: ImageSize) -> Result<()> {
         if size == self.targets.size {
             return Ok(());
         }
-        self.targets = Targets::new(&self.device, &mut self.commands, size)?;
-        self.bindings.bind_images(&self.targets.sampled());
+        let targets = Targets::new(&self.device, &mut self.commands, size)?;
         self.read_back = ReadBack::new(&self.device, size.pixels())?;
+        self.targets = targets;
+        self.bindings.bind_images(&self.targets.sampled());
         self.depth_is_current = false;
         Ok(())
     }
@@ -163,7 +165,8 @@ impl Renderer {
         self.filter_width = pixels;
     }
 
-    /// Draws face ids and counts the pixels of each visible face; sorted by face.
+    /// Draws face ids and counts the pixels of each visible face; sorted by face. The frames that follow draw the
+    /// leaves of these faces only, so this comes first after every move, a jittered one too.
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.

@@ -1,10 +1,10 @@
 //! The structs that host and shaders share; `glsl/include/frame.glsl` is the other side, checked when compiling.
 
-use crate::host_matches_shader;
 use crate::refine::update::{Leaf, Slot};
 use crate::scene::TriangleId;
 use crate::scene::material::Material;
 use crate::scene::texture::TextureId;
+use crate::vk::shaders::host_matches_shader;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 

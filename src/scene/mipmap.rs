@@ -3,7 +3,7 @@
 use super::texture::SRGB;
 use std::sync::LazyLock;
 
-/// sRGB codes of 4096 linear values. Steps of the encoding near black are 12.92·255/4095 = 0.8 codes.
+/// sRGB codes of 4096 linear values; next to black, where the curve is steepest, a step is 12.92·255/4095 = 0.8 codes.
 static CODES: LazyLock<[u8; 4096]> = LazyLock::new(|| {
     let encode = |c: f32| if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
     std::array::from_fn(|i| (encode(i as f32 / 4095.0) * 255.0 + 0.5) as u8)

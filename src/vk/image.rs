@@ -2,7 +2,7 @@
 
 use super::device::{Device, Tracked};
 use super::{error, memory};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
@@ -21,7 +21,7 @@ impl Image {
     /// A colour image: attachment, sampled, copied from.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    /// [`Error::Exhausted`] when memory runs out, [`Error::Usage`] for a size that the device does not allow.
     pub fn colour(device: &Device, name: &str, size: vk::Extent2D, format: vk::Format) -> Result<Self> {
         let usage =
             vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED | vk::ImageUsageFlags::TRANSFER_SRC;
@@ -31,7 +31,7 @@ impl Image {
     /// A depth and stencil image in the device's format.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    /// [`Error::Exhausted`] when memory runs out, [`Error::Usage`] for a size that the device does not allow.
     pub fn depth_stencil(device: &Device, name: &str, size: vk::Extent2D) -> Result<Self> {
         let usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
         Self::new(device, name, size, device.depth_stencil_format(), usage)
@@ -44,6 +44,14 @@ impl Image {
         format: vk::Format,
         usage: vk::ImageUsageFlags,
     ) -> Result<Self> {
+        let max = device.report().max_image_side;
+        if size.width.max(size.height) > max {
+            let (width, height) = (size.width, size.height);
+            return Err(Error::Usage(format!(
+                "a picture of {width}x{height} pixels is too large: {} allows {max} a side",
+                device.report().name
+            )));
+        }
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(format)
@@ -78,7 +86,6 @@ impl Image {
     }
 
     /// Size in pixels.
-    #[must_use]
     pub const fn size(&self) -> vk::Extent2D {
         self.size
     }

@@ -89,7 +89,7 @@ impl Memory {
     }
 }
 
-/// Binds fresh memory to a resource that `create` made, undoing both on failure.
+/// The error of a failed `vkBind…Memory`.
 pub(super) fn bind_error(result: vk::Result, name: &str) -> Error {
     error(result, &format!("binding memory to `{name}`"))
 }

@@ -51,6 +51,8 @@ pub struct DeviceReport {
     pub memory_mib: u64,
     /// Largest single allocation, MiB.
     pub max_allocation_mib: u64,
+    /// Largest width and height of a picture, pixels.
+    pub max_image_side: u32,
     /// What penombre needs and the device lacks; empty for a usable one.
     pub missing: Vec<String>,
     /// Formats it would use.
@@ -139,6 +141,7 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
         api_version: version(basic.api_version),
         memory_mib: local >> 20,
         max_allocation_mib: max_allocation >> 20,
+        max_image_side: max_image_side(&basic.limits),
         missing: missing(instance, raw, basic.api_version, family.is_some(), depth_stencil.is_some()),
         formats: formats(depth_stencil),
     };
@@ -151,6 +154,12 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
         max_allocation,
         rank,
     }
+}
+
+fn max_image_side(limits: &vk::PhysicalDeviceLimits) -> u32 {
+    let viewport = limits.max_viewport_dimensions;
+    let framebuffer = limits.max_framebuffer_width.min(limits.max_framebuffer_height);
+    limits.max_image_dimension2_d.min(framebuffer).min(viewport[0]).min(viewport[1])
 }
 
 fn formats(depth_stencil: Option<vk::Format>) -> Formats {

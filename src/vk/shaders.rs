@@ -6,7 +6,6 @@ include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 /// Checks at compile time that a host struct lies in memory as the shaders read it.
 ///
 /// `host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT })`
-#[macro_export]
 macro_rules! host_matches_shader {
     ($host:ty, $shader:ident, { $($field:ident : $offset:ident),+ $(,)? }) => {
         const _: () = {
@@ -19,3 +18,4 @@ macro_rules! host_matches_shader {
         };
     };
 }
+pub(crate) use host_matches_shader;

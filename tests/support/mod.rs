@@ -1,5 +1,6 @@
 //! What the tests on a device share: the device or a reason to skip, small scenes built by hand, and their light.
 #![allow(dead_code, reason = "each test file uses a part")]
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use glam::{Vec2, Vec3};
 use penombre::error::Error;
