@@ -65,6 +65,9 @@ fn shared_files_load_or_say_why() {
             Ok(loaded) => {
                 assert_eq!(loaded.counts.kept(), kept, "{name}: {:?}", loaded.counts);
                 assert_eq!(loaded.counts.drawn, loaded.scene.triangles.len(), "{name}");
+                let one_dropped =
+                    ["issue-140-zero-face-idx", "test-nan", "invalid_index"].iter().any(|n| name.contains(n));
+                assert_eq!(loaded.counts.dropped_faces, usize::from(one_dropped), "{name}");
                 check_invariants(&loaded);
             }
             Err(Error::Input(report)) => {
@@ -72,7 +75,10 @@ fn shared_files_load_or_say_why() {
                 assert_eq!(errors.len(), 1, "{name}: {errors:?}");
                 assert_eq!(errors[0].place.file, path, "{name}");
                 let message = &errors[0].message;
-                assert!(kept == 0 || message.contains(&format!("{kept} triangles are of glass")), "{name}: {message}");
+                assert!(
+                    kept == 0 || message.contains(&format!("of glass, which is not drawn yet: {kept}")),
+                    "{name}: {message}"
+                );
             }
             Err(other) => panic!("{name}: {other}"),
         }
@@ -130,5 +136,71 @@ fn shared_scenes_have_their_counts() {
         assert_eq!(loaded.scene.textures.len(), textures, "{name}");
         let area = loaded.scene.lights.iter().filter(|l| !l.kind.is_delta()).count();
         assert_eq!(area, area_lights, "{name}");
+    }
+}
+
+/// Position, texture coordinate and normal of each corner and the material of each triangle, by a parser of few lines
+/// that knows well-formed files of triangles only.
+fn plain_triangles(path: &Path) -> Vec<([[f32; 8]; 3], String)> {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    let mut values: [Vec<Vec<f32>>; 3] = Default::default();
+    let (mut material, mut out) = (String::new(), Vec::new());
+    for line in text.lines() {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let numbers = || words[1..].iter().filter_map(|w| w.parse().ok()).collect();
+        match words.first() {
+            Some(&"v") => values[0].push(numbers()),
+            Some(&"vt") => values[1].push(numbers()),
+            Some(&"vn") => values[2].push(numbers()),
+            Some(&"usemtl") => material = words[1].to_owned(),
+            Some(&"f") => {
+                let corner = |k: usize| {
+                    let mut all = Vec::new();
+                    for (kind, size) in [3, 2, 3].into_iter().enumerate() {
+                        let index = words[k + 1].split('/').nth(kind).and_then(|i| i.parse::<usize>().ok());
+                        let value = index.map_or(vec![0.0; size], |i| values[kind][i - 1][..size].to_vec());
+                        all.extend(value.into_iter().map(|x| x + 0.0));
+                    }
+                    <[f32; 8]>::try_from(all).unwrap_or_else(|all| panic!("{all:?}"))
+                };
+                assert_eq!(words.len(), 4, "{line}");
+                out.push(([corner(0), corner(1), corner(2)], material.clone()));
+            }
+            _ => {}
+        }
+    }
+    out
+}
+
+#[test]
+fn shared_scenes_agree_with_a_plain_parser() {
+    let Some(scenes) = shared() else { return };
+    for name in ["living_room/living_room.obj", "cornell_box/CornellBox-Sphere.obj", "objects/spot.obj"] {
+        let path = scenes.join(name);
+        let scene = load(&path).unwrap_or_else(|e| panic!("{name}: {e}")).scene;
+        let mut loaded = (0..scene.triangles.len()).map(|t| {
+            let corners = scene.corners(TriangleId(t as u32));
+            (corners, scene.uvs[t], scene.normals[t], scene.material(TriangleId(t as u32)).name.as_str())
+        });
+        let mut next = loaded.next();
+        let mut skipped = 0;
+        for (corners, material) in plain_triangles(&path) {
+            let Some((positions, uvs, normals, found)) = next else { panic!("{name}: too few triangles") };
+            let same = (0..3).all(|k| positions[k].to_array() == corners[k][..3]);
+            if !same || (!material.is_empty() && found != material) {
+                // Left out by the loader: glass or without area.
+                skipped += 1;
+                continue;
+            }
+            for k in 0..3 {
+                assert_eq!(uvs[k].to_array(), corners[k][3..5], "{name}");
+                let given = glam::Vec3::from_slice(&corners[k][5..]).normalize_or_zero();
+                let near = given == glam::Vec3::ZERO || normals[k].dot(given).abs() > 0.999_99;
+                assert!(near, "{name}: {} {given}", normals[k]);
+            }
+            next = loaded.next();
+        }
+        assert!(next.is_none(), "{name}: a triangle that the file does not have");
+        println!("{name}: {skipped} left out");
     }
 }

@@ -1,5 +1,7 @@
 //! Scene files and OBJ files written here: what loads, and what is said of what does not.
 
+#![allow(clippy::expect_used, reason = "a test may end where its files cannot be written")]
+
 use glam::Vec3;
 use penombre::error::Error;
 use penombre::scene::camera_path::load_camera_path;
@@ -199,7 +201,7 @@ fn what_is_no_scene_gets_one_message() {
         ("scene.txt", "neither a scene file"),
         ("folder.obj", "is a directory"),
         ("points.obj", "nothing to draw: there is no face"),
-        ("flat.obj", "nothing to draw: 1 triangles have no area"),
+        ("flat.obj", "nothing to draw (triangles without area: 1)"),
     ] {
         let report = files.refused(name);
         assert_eq!(report.faults.len(), 1, "{name}: {report:?}");
@@ -232,6 +234,14 @@ fn indices_are_resolved_like_a_tolerant_loader() {
     assert_eq!(loaded.counts.dropped_faces, 6);
     let found: Vec<_> = lines(&loaded.report, Severity::Warning).into_iter().filter(|&l| l > 0).collect();
     assert_eq!(found, [1, 2, 10, 11, 12, 13, 13, 13, 14, 15, 16]);
+}
+
+#[test]
+fn positions_are_welded_by_their_bits() {
+    let loaded =
+        obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 -0.0 0e0\nv 1.0 0 0\nf 1 2 3\nf 3 5 4\nv 1.0000001 0 0\nf 1 6 3\n");
+    assert_eq!(loaded.scene.triangles, [[0, 1, 2], [2, 1, 0], [0, 3, 2]]);
+    assert!(loaded.scene.positions.iter().all(|p| p.is_negative_bitmask() == 0), "no -0");
 }
 
 #[test]
@@ -295,6 +305,25 @@ fn textures_are_decoded_once_for_each_use() {
     assert_eq!(texels(a.map_d)[..2].iter().map(|t| t[3]).collect::<Vec<_>>(), [255, 10]);
     let found: Vec<_> = lines(&report, Severity::Warning).into_iter().filter(|&l| l > 0).collect();
     assert_eq!(found, [5, 10, 11], "{report:#?}");
+}
+
+#[test]
+fn emitters_become_named_area_lights() {
+    let files = Files::new(&[
+        ("a.obj", b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nusemtl lamp\nf 1 2 3\nf 2 4 3\nusemtl wall\nf 1 3 2\n"),
+        ("a.mtl", b"newmtl lamp\nKe 3\nnewmtl wall\nKd 0.5\n"),
+        (
+            "s.toml",
+            b"[geometry]\nobj = \"a.obj\"\n[light]\nname = \"lamp\"\nkind = \"point\"\nposition = [0, 0, 1]\nintensity = [1, 1, 1]\n",
+        ),
+    ]);
+    let area = LightKind::Area { triangles: vec![TriangleId(0), TriangleId(1)] };
+    let bare = files.load("a.obj");
+    assert_eq!(bare.scene.lights.len(), 1, "no light is added where something emits");
+    assert_eq!((bare.scene.lights[0].name.as_str(), &bare.scene.lights[0].kind), ("lamp", &area));
+    let lights = files.load("s.toml").scene.lights;
+    assert_eq!(lights.iter().map(|l| l.name.as_str()).collect::<Vec<_>>(), ["lamp", "lamp (area)"]);
+    assert_eq!(lights[1].kind, area);
 }
 
 #[test]

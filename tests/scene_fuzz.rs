@@ -111,6 +111,33 @@ fn mutated_scene_files_never_break_the_loader() -> Result<(), TestCaseError> {
 }
 
 #[test]
+fn mutated_images_never_break_the_loader() -> Result<(), TestCaseError> {
+    let picture = image::RgbImage::from_fn(24, 17, |x, y| image::Rgb([(x * 10) as u8, (y * 14) as u8, (x * y) as u8]));
+    let mut encoded = Vec::new();
+    for format in [image::ImageFormat::Png, image::ImageFormat::Jpeg, image::ImageFormat::Bmp, image::ImageFormat::Tga]
+    {
+        let mut bytes = std::io::Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, format).map_err(|e| TestCaseError::fail(e.to_string()))?;
+        encoded.push((format!("a.{}", format.extensions_str()[0]), bytes.into_inner()));
+    }
+    let edits = prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8);
+    let inputs = (prop::sample::select(encoded), edits, any::<prop::sample::Index>(), any::<bool>());
+    let run = runner(600).run(&inputs, |((name, mut bytes), edits, cut, is_cut)| {
+        for (at, value) in edits {
+            // Headers matter more than pixels.
+            let at = at.index(bytes.len().min(if value & 1 == 0 { 64 } else { usize::MAX }));
+            bytes[at] = value;
+        }
+        if is_cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        let mtl = format!("newmtl 1\nmap_Kd {name}\nmap_d {name}\n");
+        try_load(&[("a.obj", &[START, b"f 1 2 3\n"].concat()), ("a.mtl", mtl.as_bytes()), (&name, &bytes)], "a.obj")
+    });
+    run.map_err(|e| TestCaseError::fail(e.to_string()))
+}
+
+#[test]
 fn extremes_end_soon() -> Result<(), TestCaseError> {
     let start = std::time::Instant::now();
     let with = |line: String| [START, line.as_bytes(), b"\n"].concat();
@@ -121,7 +148,7 @@ fn extremes_end_soon() -> Result<(), TestCaseError> {
         })
         .collect();
     let all: String = (5..20_005).map(|i| format!(" {i}")).collect();
-    let star: String = (0..50_000).map(|i| format!("v {i} 1 {}\nf 1 -1 -2\n", i % 7)).collect();
+    let star: String = (0..200_000).map(|i| format!("v {i} 1 {}\nf 1 -1 -2\n", i % 7)).collect();
     for obj in [
         with(format!("f {}", "1 2 3 ".repeat(1 << 19))),
         with(format!("f {}", "\\\n".repeat(1 << 20))),
@@ -139,7 +166,7 @@ fn extremes_end_soon() -> Result<(), TestCaseError> {
     {
         try_load(&[("s.toml", toml.as_bytes())], "s.toml")?;
     }
-    prop_assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
+    prop_assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
     Ok(())
 }
 

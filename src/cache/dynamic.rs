@@ -2,11 +2,12 @@
 
 use super::layer::Layer;
 use super::pool::Pool;
-use super::vertex::{Vertex, VertexId, VertexName, ray_origin};
+use super::topology::{NodeId, Topology};
+use super::vertex::{Vertex, VertexId, VertexName};
 use super::weld::{Group, Weld};
 use crate::scene::{FaceId, Scene, TriangleId};
 use glam::Vec3;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 
 /// Index of a vertex slot: position and luminance of one drawn vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -40,12 +41,10 @@ pub struct SlotRecord {
     pub diffuse: Vec3,
     /// Specular luminance S last published.
     pub specular: Vec3,
-    /// Whether it has a value at all.
-    pub known: bool,
-    /// Pixels of the visible faces around it, shared out over their corners.
-    pub pixels: f32,
     /// Variance of the luminance of D.
     pub variance: f32,
+    /// Whether it has a value at all.
+    pub known: bool,
     /// First leaf corner that uses it, `leaf * 3 + corner`, linked through [`LeafRecord::next_use`].
     first_use: Option<u32>,
 }
@@ -55,72 +54,75 @@ pub struct SlotRecord {
 pub struct LeafRecord {
     /// The triangle.
     pub leaf: Leaf,
-    /// The camera generation in which it was last visible.
-    pub generation: u32,
+    /// The node that it is part of.
+    pub node: NodeId,
     /// The last batch that redrew it.
     pub batch: u32,
     next_use: [Option<u32>; 3],
 }
 
-/// Everything that the engine thread owns: vertices, static meshes, dynamic mesh.
+/// Everything that the engine thread owns: vertices, hierarchy, static meshes, dynamic mesh.
 #[derive(Default)]
 pub struct Cache {
-    /// Base vertices.
+    /// Vertices.
     pub vertices: Pool<Vertex>,
+    /// The hierarchy.
+    pub topology: Topology,
     /// One static mesh a light, in the scene's order.
     pub layers: Vec<Layer>,
     /// Drawn vertices.
     pub slots: Pool<SlotRecord>,
     /// Drawn triangles.
     pub leaves: Pool<LeafRecord>,
-    names: HashMap<VertexName, VertexId>,
-    roots: HashMap<FaceId, LeafId>,
+    names: FxHashMap<VertexName, VertexId>,
+    roots: FxHashMap<FaceId, NodeId>,
+    diagonal: f32,
+}
+
+/// What a split created.
+#[derive(Clone, Copy, Debug)]
+pub struct Split {
+    /// First of the four children.
+    pub first: NodeId,
+    /// Slots in the middle of the edges.
+    pub middles: [SlotId; 3],
 }
 
 impl Cache {
     /// An empty cache for a scene with `lights` lights.
     #[must_use]
-    pub fn new(lights: usize) -> Self {
-        Self { layers: vec![Layer::default(); lights], ..Self::default() }
+    pub fn new(scene: &Scene, lights: usize) -> Self {
+        Self { layers: vec![Layer::default(); lights], diagonal: scene.diagonal(), ..Self::default() }
     }
 
-    /// The leaf that is the whole of `face`, created with its vertices on first demand.
-    pub fn face(&mut self, scene: &Scene, weld: &Weld, face: FaceId, diagonal: f32) -> LeafId {
-        if let Some(&leaf) = self.roots.get(&face) {
-            return leaf;
+    /// The root of `face`, created with its vertices on first demand.
+    pub fn root(&mut self, scene: &Scene, weld: &Weld, face: FaceId) -> NodeId {
+        if let Some(&root) = self.roots.get(&face) {
+            return root;
         }
-        let slots = [0, 1, 2].map(|corner| self.corner_slot(scene, weld, face, corner, diagonal));
-        let record = LeafRecord { leaf: Leaf { slots, face }, generation: 0, batch: 0, next_use: [None; 3] };
-        let id = LeafId(self.leaves.insert(record));
-        self.link(id);
-        self.roots.insert(face, id);
-        id
+        let corners = [0, 1, 2].map(|corner| self.corner_slot(scene, weld, face, corner));
+        let vertices = corners.map(|slot| self.slots[slot.0].vertex);
+        let root = self.topology.add_root(face, corners, vertices);
+        self.roots.insert(face, root);
+        root
     }
 
     /// The slot of a face's corner: shared with every facet of the vertex's group of the same normal and gloss.
-    fn corner_slot(&mut self, scene: &Scene, weld: &Weld, face: FaceId, corner: usize, diagonal: f32) -> SlotId {
+    fn corner_slot(&mut self, scene: &Scene, weld: &Weld, face: FaceId, corner: usize) -> SlotId {
         let (triangle, back) = (face.triangle(), face.is_back());
         let position = scene.triangles[triangle.0 as usize][corner];
         let group = weld.group(scene, position, triangle);
         let name = VertexName { position, back, group: group.index };
         let vertex = match self.names.get(&name) {
             Some(&vertex) => vertex,
-            None => self.add_vertex(scene, name, &group, diagonal),
+            None => self.add_base_vertex(scene, name, &group),
         };
         self.slot(vertex, slot_look(scene, position, triangle, back))
     }
 
     /// Creates a vertex with the slots of all facets of its group, visible or not: its rays serve them all.
-    fn add_vertex(&mut self, scene: &Scene, name: VertexName, group: &Group, diagonal: f32) -> VertexId {
-        let position = scene.positions[name.position as usize];
-        let vertex = VertexId(self.vertices.insert(Vertex {
-            key: name.key(scene),
-            origin: ray_origin(position, name.back, group, diagonal),
-            position,
-            first_slot: None,
-            pixels: 0.0,
-            stage: 0,
-        }));
+    fn add_base_vertex(&mut self, scene: &Scene, name: VertexName, group: &Group) -> VertexId {
+        let vertex = VertexId(self.vertices.insert(Vertex::base(scene, name, group, self.diagonal)));
         self.names.insert(name, vertex);
         for &facet in &group.facets {
             self.slot(vertex, slot_look(scene, name.position, facet, name.back));
@@ -145,20 +147,94 @@ impl Cache {
             shininess,
             diffuse: Vec3::ZERO,
             specular: Vec3::ZERO,
-            known: false,
-            pixels: 0.0,
             variance: 0.0,
+            known: false,
             first_use: None,
         }));
         self.vertices[vertex.0].first_slot = Some(slot);
         slot
     }
 
-    fn link(&mut self, leaf: LeafId) {
-        for corner in 0..3 {
-            let slot = self.leaves[leaf.0].leaf.slots[corner];
-            let previous = self.slots[slot.0].first_use.replace(leaf.0 * 3 + corner as u32);
-            self.leaves[leaf.0].next_use[corner] = previous;
+    /// Splits a leaf, whose neighbours must not be coarser than it.
+    pub fn split(&mut self, id: NodeId) -> Split {
+        let edges = self.topology.nodes[id.0].edges;
+        for edge in edges {
+            if self.topology.midpoint(edge).is_none() {
+                let [a, b] = self.topology.ends(edge).map(|end| &self.vertices[end.0]);
+                let vertex = VertexId(self.vertices.insert(Vertex::midpoint(a, b, self.diagonal)));
+                self.topology.set_midpoint(edge, vertex);
+            }
+        }
+        let middles = [0, 1, 2].map(|at| self.middle_slot(id, at).unwrap_or(self.topology.nodes[id.0].corners[at]));
+        let slots = &self.slots;
+        let first = self.topology.split(id, middles, |slot| slots[slot.0].vertex);
+        Split { first, middles }
+    }
+
+    /// The slot of a node's own look at the midpoint of its edge `at`, if that edge has one.
+    fn middle_slot(&mut self, id: NodeId, at: usize) -> Option<SlotId> {
+        let node = &self.topology.nodes[id.0];
+        let vertex = self.topology.midpoint(node.edges[at])?;
+        let [a, b] = [node.corners[at], node.corners[(at + 1) % 3]].map(|slot| self.slots[slot.0]);
+        let normal = (a.normal + b.normal).normalize_or(a.normal);
+        Some(self.slot(vertex, (normal, a.shininess)))
+    }
+
+    /// The triangles that draw a leaf through the midpoints on its edges, so that no crack or kink shows (method 3).
+    pub fn triangulate(&mut self, id: NodeId) -> Vec<[SlotId; 3]> {
+        let c = self.topology.nodes[id.0].corners;
+        let m = [0, 1, 2].map(|at| self.middle_slot(id, at));
+        let at = |i: usize| c[i % 3];
+        match (m, m.iter().flatten().count()) {
+            ([Some(m0), Some(m1), Some(m2)], _) => {
+                vec![[c[0], m0, m2], [m0, c[1], m1], [m2, m1, c[2]], [m0, m1, m2]]
+            }
+            (_, 2) => {
+                // The two split edges meet at corner i + 1; the quadrilateral left over is cut from corner i.
+                let i = (0..3).find(|&i| m[i].is_some() && m[(i + 1) % 3].is_some()).unwrap_or(0);
+                let (Some(first), Some(second)) = (m[i], m[(i + 1) % 3]) else { return vec![c] };
+                vec![[first, at(i + 1), second], [at(i), first, second], [at(i), second, at(i + 2)]]
+            }
+            (_, 1) => {
+                let i = (0..3).find(|&i| m[i].is_some()).unwrap_or(0);
+                let Some(middle) = m[i] else { return vec![c] };
+                vec![[at(i), middle, at(i + 2)], [middle, at(i + 1), at(i + 2)]]
+            }
+            _ => vec![c],
+        }
+    }
+
+    /// Adds a drawn triangle of a node.
+    pub fn add_leaf(&mut self, slots: [SlotId; 3], node: NodeId) -> LeafId {
+        let face = self.topology.nodes[node.0].face;
+        let record = LeafRecord { leaf: Leaf { slots, face }, node, batch: 0, next_use: [None; 3] };
+        let id = LeafId(self.leaves.insert(record));
+        for (corner, slot) in (0..).zip(slots) {
+            let previous = self.slots[slot.0].first_use.replace(id.0 * 3 + corner);
+            self.leaves[id.0].next_use[corner as usize] = previous;
+        }
+        id
+    }
+
+    /// Takes a drawn triangle out of use. Its index must not be recycled before the GPU has drawn what replaces it:
+    /// the caller gives it back with [`Pool::remove`] then.
+    pub fn retire_leaf(&mut self, id: LeafId) {
+        for corner in 0..3_u32 {
+            let (wanted, slot) = (id.0 * 3 + corner, self.leaves[id.0].leaf.slots[corner as usize]);
+            let next = self.leaves[id.0].next_use[corner as usize];
+            if self.slots[slot.0].first_use == Some(wanted) {
+                self.slots[slot.0].first_use = next;
+                continue;
+            }
+            let mut usage = self.slots[slot.0].first_use;
+            while let Some(u) = usage {
+                let link = &mut self.leaves[u / 3].next_use[u as usize % 3];
+                if *link == Some(wanted) {
+                    *link = next;
+                    break;
+                }
+                usage = *link;
+            }
         }
     }
 
@@ -167,10 +243,22 @@ impl Cache {
         std::iter::successors(self.vertices[vertex.0].first_slot, |slot| self.slots[slot.0].next)
     }
 
-    /// The leaves that use a slot.
+    /// The drawn triangles that use a slot.
     pub fn leaves_of(&self, slot: SlotId) -> impl Iterator<Item = LeafId> + '_ {
         let next = |&usage: &u32| self.leaves[usage / 3].next_use[usage as usize % 3];
         std::iter::successors(self.slots[slot.0].first_use, next).map(|usage| LeafId(usage / 3))
+    }
+
+    /// The vertices at a node's corners.
+    #[must_use]
+    pub fn corner_vertices(&self, node: NodeId) -> [VertexId; 3] {
+        self.topology.nodes[node.0].corners.map(|slot| self.slots[slot.0].vertex)
+    }
+
+    /// Positions of a node's corners.
+    #[must_use]
+    pub fn corner_positions(&self, node: NodeId) -> [Vec3; 3] {
+        self.corner_vertices(node).map(|v| self.vertices[v.0].position)
     }
 
     /// Bytes held by the cache's structures.
@@ -178,8 +266,27 @@ impl Cache {
     pub fn bytes(&self) -> usize {
         let layers: usize = self.layers.iter().map(|l| l.visibility.bytes() + l.sums.bytes()).sum();
         let maps = self.names.capacity() * size_of::<(VertexName, VertexId)>()
-            + self.roots.capacity() * size_of::<(FaceId, LeafId)>();
-        layers + maps + self.vertices.bytes() + self.slots.bytes() + self.leaves.bytes()
+            + self.roots.capacity() * size_of::<(FaceId, NodeId)>();
+        layers + maps + self.topology.bytes() + self.vertices.bytes() + self.slots.bytes() + self.leaves.bytes()
+    }
+
+    /// Checks hierarchy, slots and drawn triangles against each other.
+    ///
+    /// # Panics
+    /// If a rule is broken (debug builds and tests call it).
+    pub fn validate(&self) {
+        self.topology.validate(|slot| self.slots[slot.0].vertex);
+        for i in 0..self.slots.end() {
+            let slot = &self.slots[i];
+            assert!(self.slots_of(slot.vertex).any(|s| s.0 == i), "slot {i} is listed at its vertex");
+            assert!((slot.normal.length() - 1.0).abs() < 1e-3, "slot {i}: unit normal");
+            for leaf in self.leaves_of(SlotId(i)) {
+                let record = &self.leaves[leaf.0];
+                assert!(record.leaf.slots.contains(&SlotId(i)), "slot {i}: leaf {leaf:?} uses it");
+                let drawn = &self.topology.nodes[record.node.0].drawn;
+                assert!(drawn.contains(&leaf), "leaf {leaf:?} is drawn by its node");
+            }
+        }
     }
 }
 

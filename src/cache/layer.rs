@@ -1,59 +1,86 @@
-//! Static meshes: the samples of one light, sparse over vertices and slots.
+//! Static meshes: what is known of one light, sparse over vertices and slots.
+//!
+//! A light's own mesh is coarser than the dynamic one: where a node's corners agree that the light is fully visible or
+//! fully hidden, vertices below it take that over without a ray (method 3, the value of a static mesh).
 
 use super::pool::Sparse;
 use glam::Vec3;
 
-/// What a vertex knows of one light.
+/// What a vertex knows of one light's visibility.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Visibility {
-    /// Points of the light tested so far; 0 means not sampled yet. A delta light needs one.
+    /// Points of the light tested so far (a delta light needs one); 0 while nothing was traced.
     pub points: u32,
+    /// How many of them were visible.
+    hits: u32,
     /// Visibility of the newest points, bit 0 the newest: bit i is point `points - 1 - i` of the sequence.
     pub mask: u16,
+    /// How the value came about.
+    pub origin: Origin,
+    /// Visible fraction where it was taken over from coarser vertices, in 1/255.
+    inherited: u8,
+}
+
+/// How a vertex came to know a light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// Nothing is known.
+    #[default]
+    Unknown,
+    /// Taken over from corners that agree.
+    Inferred,
+    /// Taken over as the mean of an edge's ends: too faint to trace yet.
+    Deferred,
+    /// Traced.
+    Sampled,
 }
 
 /// How many points a [`Visibility`] remembers one by one; older ones live on in the sums.
 pub const REMEMBERED: u32 = u16::BITS;
 
 impl Visibility {
+    /// A value taken over, not traced.
+    #[must_use]
+    pub fn taken_over(origin: Origin, fraction: f32) -> Self {
+        Self { points: 0, hits: 0, mask: 0, origin, inherited: (fraction * 255.0).round() as u8 }
+    }
+
     /// Notes the visibility of the next point.
     pub fn push(&mut self, visible: bool) {
         self.points += 1;
+        self.hits += u32::from(visible);
         self.mask = self.mask << 1 | u16::from(visible);
+        self.origin = Origin::Sampled;
     }
 
     /// The remembered points, newest first: index in the sequence, and whether the point is visible.
     pub fn remembered(self) -> impl Iterator<Item = (u32, bool)> {
         (0..self.points.min(REMEMBERED)).map(move |i| (self.points - 1 - i, self.mask >> i & 1 == 1))
     }
+
+    /// Visible fraction of the light: over all points, or as taken over.
+    #[must_use]
+    pub fn fraction(self) -> f32 {
+        if self.origin != Origin::Sampled {
+            return f32::from(self.inherited) / 255.0;
+        }
+        self.hits as f32 / self.points.max(1) as f32
+    }
+
+    /// Whether anything is known.
+    #[must_use]
+    pub fn is_known(self) -> bool {
+        self.origin != Origin::Unknown
+    }
 }
 
-/// What a slot (one normal of a vertex) knows of an area light: sums over all points of all rounds.
+/// What a slot (one normal of a vertex) knows of an area light: sums over all traced points of all rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AreaSum {
-    /// Σ of irradiance samples, W·m⁻².
-    pub irradiance: Vec3,
-    /// Σ of squared luminance of the samples.
-    pub square: f32,
-}
-
-impl AreaSum {
-    /// Mean irradiance over `points` samples.
-    #[must_use]
-    pub fn mean(&self, points: u32) -> Vec3 {
-        if points == 0 { Vec3::ZERO } else { self.irradiance / points as f32 }
-    }
-
-    /// Variance of the mean's luminance as if the points were independent: an upper estimate, since they are stratified.
-    #[must_use]
-    pub fn variance_of_mean(&self, points: u32) -> f32 {
-        if points < 2 {
-            return 0.0;
-        }
-        let n = points as f32;
-        let mean = crate::math::luminance(self.irradiance) / n;
-        ((self.square / n - mean * mean) / (n - 1.0)).max(0.0)
-    }
+    /// Σ of v L g, W·m⁻²: the irradiance samples of visible points.
+    pub visible: Vec3,
+    /// Σ of the luminance of L̄ g: the same as if all were visible and the emission even.
+    pub unoccluded: f32,
 }
 
 /// The static mesh of one light.

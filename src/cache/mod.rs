@@ -3,5 +3,6 @@
 pub mod dynamic;
 pub mod layer;
 pub mod pool;
+pub mod topology;
 pub mod vertex;
 pub mod weld;

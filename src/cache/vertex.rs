@@ -1,4 +1,4 @@
-//! Base vertices: where light is sampled.
+//! Vertices of the meshes: where light is sampled.
 
 use super::dynamic::SlotId;
 use super::weld::Group;
@@ -10,21 +10,97 @@ use glam::Vec3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct VertexId(pub u32);
 
-/// A base vertex: a position, a side and a normal group. One set of rays serves all normals of the group.
+/// A vertex: a base vertex (a position, a side, a normal group) or the midpoint of an edge. One set of rays serves all
+/// its normals.
 #[derive(Clone, Debug)]
 pub struct Vertex {
-    /// Permanent geometric key (method 3): object, base vertex, side, normal group. Seeds the random numbers.
+    /// Permanent geometric key (method 3): object, base vertex or edge and dyadic position, side, normal group. Seeds
+    /// the random numbers.
     pub key: u64,
-    /// Where rays start: off the surface and nudged towards the inside of its facets.
-    pub origin: Vec3,
     /// Position on the surface, where light is evaluated.
     pub position: Vec3,
+    /// Unit normal of the group, on the vertex's side.
+    normal: Vec3,
+    /// Step from the position towards the inside of the facets, tangential.
+    inward: Vec3,
+    /// Step off the surface.
+    lift: f32,
     /// First of its slots, linked through [`super::dynamic::SlotRecord::next`].
     pub first_slot: Option<SlotId>,
     /// Pixels of the visible faces around it, shared out over their corners.
     pub pixels: f32,
-    /// Stage of its next visit.
-    pub stage: u32,
+    /// How far its sampling has come.
+    pub progress: Progress,
+}
+
+/// How far the sampling of a vertex has come.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Whether light has been sampled or inferred at all.
+    pub visited: bool,
+    /// Whether the contact test found it covered by other geometry: its light is not its surface's.
+    pub covered: bool,
+    /// Raised whenever its samples change, so that queued work based on older ones is recognised.
+    pub version: u32,
+}
+
+/// Steps are bounded by the scene's diagonal: large enough for f32 at that scale, small enough for thin parts.
+const LIFT: [f32; 2] = [4e-6, 4e-5];
+const INWARD: [f32; 2] = [1e-5, 1e-3];
+
+impl Vertex {
+    /// A base vertex. Its rays start off the surface and a little towards the inside of its facets, so that a vertex on
+    /// the edge of a wall sees what its surface sees and not the wall it touches (method 3, validity).
+    #[must_use]
+    pub fn base(scene: &Scene, name: VertexName, group: &Group, diagonal: f32) -> Self {
+        let position = scene.positions[name.position as usize];
+        let normal = if name.back { -group.normal } else { group.normal };
+        let offset = group.centroid - position;
+        let offset = offset - normal * offset.dot(normal);
+        let step = (group.size * 0.02).clamp(diagonal * INWARD[0], diagonal * INWARD[1]).min(offset.length() * 0.25);
+        Self {
+            key: name.key(scene),
+            position,
+            normal,
+            inward: offset.normalize_or_zero() * step,
+            lift: (group.size * 0.01).clamp(diagonal * LIFT[0], diagonal * LIFT[1]),
+            first_slot: None,
+            pixels: 0.0,
+            progress: Progress::default(),
+        }
+    }
+
+    /// The midpoint of the edge between two vertices, the same whichever comes first. Steps halve with the edge.
+    #[must_use]
+    pub fn midpoint(a: &Self, b: &Self, diagonal: f32) -> Self {
+        let inward = (a.inward + b.inward) * 0.25;
+        let normal = (a.normal + b.normal).normalize_or(a.normal);
+        let inward = inward - normal * inward.dot(normal);
+        let step = inward.length();
+        let least = (diagonal * INWARD[0]).min(step * 4.0);
+        Self {
+            key: combine(a.key.min(b.key), a.key.max(b.key)),
+            position: (a.position + b.position) * 0.5,
+            normal,
+            inward: inward.normalize_or_zero() * step.max(least),
+            lift: ((a.lift + b.lift) * 0.25).max(diagonal * LIFT[0]),
+            first_slot: None,
+            pixels: 0.0,
+            progress: Progress::default(),
+        }
+    }
+
+    /// Where rays start.
+    #[must_use]
+    pub fn origin(&self) -> Vec3 {
+        self.position + self.inward + self.normal * self.lift
+    }
+
+    /// Unit normal of the group, on the vertex's side.
+    #[must_use]
+    pub const fn normal(&self) -> Vec3 {
+        self.normal
+    }
 }
 
 /// What identifies a base vertex.
@@ -47,19 +123,4 @@ impl VertexName {
         let rest = u64::from(p.z.to_bits()) << 32 | u64::from(self.group) << 1 | u64::from(self.back);
         combine(mix(bits), rest)
     }
-}
-
-/// Start of a vertex's rays: off the surface, and a little towards the inside of the facets, so that a vertex on the edge
-/// of a wall sees what its surface sees and not the wall it touches (method 3, validity).
-///
-/// Steps follow the mesh's size, bounded by the scene's `diagonal`: large enough for f32 at that scale, small
-/// enough to stay inside thin parts.
-#[must_use]
-pub fn ray_origin(position: Vec3, back: bool, group: &Group, diagonal: f32) -> Vec3 {
-    let normal = if back { -group.normal } else { group.normal };
-    let inward = group.centroid - position;
-    let inward = inward - normal * inward.dot(normal);
-    let along = (group.size * 0.02).clamp(diagonal * 1e-5, diagonal * 1e-3).min(inward.length() * 0.25);
-    let off = (group.size * 0.01).clamp(diagonal * 4e-6, diagonal * 4e-5);
-    position + inward.normalize_or_zero() * along + normal * off
 }

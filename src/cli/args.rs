@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::image::atomic;
 use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
+use crate::refine::options::Priority;
 use crate::scene::camera::ImageSize;
 use crate::scene::{Display, ToneMapping};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -66,6 +67,9 @@ pub struct RenderArgs {
     /// The light engine.
     #[command(flatten)]
     pub engine: EngineArgs,
+    /// What is refined.
+    #[command(flatten)]
+    pub refinement: RefinementArgs,
     /// How changed lighting is redrawn
     #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,
@@ -162,6 +166,24 @@ pub struct EngineArgs {
     /// Fix the work of a frame by rays, not by clock: the same image for the same seed, whatever the thread count
     #[arg(long, conflicts_with = "time")]
     pub deterministic: bool,
+}
+
+/// What is refined, and how far.
+#[derive(Args, Clone, Copy, Debug)]
+#[command(next_help_heading = "Refinement")]
+pub struct RefinementArgs {
+    /// Which triangle is split next: where most image error goes a ray, or at random as the paper does
+    #[arg(long, value_name = "MODE", default_value = "error", value_parser = values::priority())]
+    pub priority: Priority,
+    /// Triangles that cover no more pixels are not split
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, default_value_t = 3.0, value_parser = values::not_negative)]
+    pub min_pixels: f32,
+    /// Michelson contrast that counts as a discontinuity (with --priority random)
+    #[arg(long, value_name = "CONTRAST", allow_negative_numbers = true, default_value_t = 0.02, value_parser = values::positive)]
+    pub contrast: f32,
+    /// Size of the smallest shadow that must not be missed, scene units [default: about 12 pixels]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = values::positive)]
+    pub shadow_size: Option<f32>,
 }
 
 /// The Vulkan device.

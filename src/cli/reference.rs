@@ -3,7 +3,7 @@
 use super::args::{PixelFilter, ReferenceArgs, thread_count};
 use super::{Outcome, interrupt, output, scene};
 use crate::error::{Error, Result};
-use crate::estimate::direct::World;
+use crate::estimate::world::World;
 use crate::geom::bvh::Bvh;
 use crate::image::exr::{Provenance, ReferenceLayers, write_reference};
 use crate::reference::{Accumulator, Filter};
@@ -36,7 +36,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
 fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
     let bvh = Bvh::build(scene);
     let lights = Lights::new(scene);
-    let world = World { scene, bvh: &bvh, lights: &lights, seed: args.seed };
+    let world = World::new(scene, &bvh, &lights, args.seed, scene.diagonal());
     let filter = match args.filter {
         PixelFilter::Point => Filter::Point,
         PixelFilter::Box => Filter::Box,

@@ -12,6 +12,7 @@ use crate::image::film;
 use crate::log::summary::Summary;
 use crate::pass::Renderer;
 use crate::refine::engine::{Engine, Visible};
+use crate::refine::options::Options;
 use crate::refine::thread::{EngineThread, Pace};
 use crate::refine::workers::Workers;
 use crate::scene::camera::{Camera, View};
@@ -95,8 +96,8 @@ struct Gpu {
 }
 
 fn open_gpu(args: &RenderArgs) -> Result<JoinHandle<Result<Gpu>>> {
-    let size = args.scene.size;
     let options = DeviceOptions { device: args.device.device.clone(), validation: None };
+    let size = args.scene.size;
     spawn("penombre-gpu-setup", move || {
         let start = Instant::now();
         let device = Device::new(&options)?;
@@ -129,14 +130,33 @@ fn start_engine(args: &RenderArgs, scene: &Arc<Scene>, hierarchy: Hierarchy) -> 
     let no_threads = |e: &dyn std::fmt::Display| Error::Exhausted(format!("cannot start threads: {e}"));
     let workers = Workers::new(thread_count(args.engine.threads)).map_err(|e| no_threads(&e))?;
     let pace = if args.engine.deterministic { Pace::Stepped } else { Pace::Free };
-    let (scene, seed) = (Arc::clone(scene), args.engine.seed);
+    let (scene, options) = (Arc::clone(scene), refinement_options(args, scene));
     EngineThread::spawn(pace, move || {
         // A panic of the builder has ended the process in the panic hook; an empty tree never gets used.
         let bvh = hierarchy.thread.join().unwrap_or_else(|_| Bvh::build(&Scene::default()));
-        Engine::new(scene, Arc::new(bvh), workers, seed)
+        Engine::new(scene, Arc::new(bvh), workers, options)
     })
     .map_err(|e| no_threads(&e))
 }
+
+fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
+    let image = args.scene.size.width.max(args.scene.size.height) as f32;
+    let refinement = &args.refinement;
+    Options {
+        seed: args.engine.seed,
+        priority: refinement.priority,
+        min_pixels: refinement.min_pixels,
+        contrast: refinement.contrast,
+        // What covers a few pixels where the whole scene fills the image.
+        shadow_size: refinement.shadow_size.unwrap_or(scene.diagonal() * SHADOW_PIXELS / image),
+        tolerance: TOLERANCE,
+    }
+}
+
+/// Default size of the smallest shadow wanted, pixels.
+const SHADOW_PIXELS: f32 = 12.0;
+/// Error of a pixel against the image's mean at which refinement ends.
+const TOLERANCE: f32 = 1e-3;
 
 fn spawn<T: Send + 'static>(name: &str, work: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>> {
     let spawned = std::thread::Builder::new().name(name.to_owned()).spawn(work);

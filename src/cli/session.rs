@@ -7,6 +7,7 @@ use super::yardstick::Yardstick;
 use crate::error::{Error, Result};
 use crate::log::frame_log::{FrameLog, FrameRecord, PassRecord};
 use crate::pass::{FrameOptions, FrameStats, Renderer};
+use crate::refine::engine::Counted;
 use crate::refine::thread::EngineThread;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::Display;
@@ -58,6 +59,8 @@ struct Run {
     frames: u64,
     stats: EngineStats,
     generation: Option<u32>,
+    /// The last update drawn.
+    sequence: u64,
     first_shown: Option<Instant>,
     complete_shown: Option<Instant>,
 }
@@ -80,6 +83,7 @@ impl Session<'_> {
             frames: 0,
             stats: EngineStats::default(),
             generation: None,
+            sequence: 0,
             first_shown: None,
             complete_shown: None,
         };
@@ -105,6 +109,7 @@ impl Session<'_> {
                 moved = true;
             }
             run.stats = update.stats;
+            run.sequence = update.sequence;
             self.renderer.apply(&update)?;
         }
         Ok(moved)
@@ -157,6 +162,7 @@ impl Session<'_> {
             update_mode: self.args.update,
         };
         let passes = self.renderer.frame(&options)?;
+        self.engine.counted(Counted { sequence: run.sequence, pixels: None });
         let now = Instant::now();
         if combine {
             run.shown(now);

@@ -3,6 +3,7 @@
 use crate::image::FileFormat;
 use crate::image::exr::MAX_SIDE;
 use crate::pass::UpdateMode;
+use crate::refine::options::Priority;
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -94,6 +95,20 @@ pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
         let found = ToneMapping::NAMES.into_iter().find(|(n, _)| *n == name);
         found.map(|(_, operator)| operator).ok_or("unknown operator")
     })
+}
+
+/// A priority by name.
+pub fn priority() -> impl TypedValueParser<Value = Priority> {
+    PossibleValuesParser::new(Priority::NAMES.map(|(name, _)| name)).try_map(|name| {
+        let found = Priority::NAMES.into_iter().find(|(n, _)| *n == name);
+        found.map(|(_, priority)| priority).ok_or("unknown priority")
+    })
+}
+
+/// A finite number that is not negative.
+pub fn not_negative(text: &str) -> Result<f32, String> {
+    let value: f32 = text.parse().map_err(|_| "not a number".to_owned())?;
+    if value.is_finite() && value >= 0.0 { Ok(value) } else { Err("must be 0 or more".to_owned()) }
 }
 
 /// An update mode by name.

@@ -1,51 +1,47 @@
-//! Direct light at base vertices: one shadow ray for a delta light, stratified points for an area light (method 6).
+//! Direct light at vertices: which lights are traced, and tracing them (method 3, 6).
+//!
+//! Light is separated into what would arrive without occlusion, known in closed form, and the visible fraction, which rays
+//! sample: one for a delta light, stratified points for an area light. Fully lit and fully dark vertices are exact with a
+//! handful of rays; noise lives in penumbrae only.
 
+use super::world::World;
 use crate::cache::dynamic::{Cache, SlotId};
-use crate::cache::layer::{AreaSum, Layer, Visibility};
-use crate::cache::vertex::{Vertex, VertexId};
-use crate::geom::Ray;
-use crate::geom::bvh::Bvh;
-use crate::math::{combine, luminance, sequence::Sequence};
-use crate::scene::Scene;
-use crate::shade::lights::{AreaSource, Arrival, Lights, Source, delta_arrival};
-use glam::Vec3;
-use std::f32::consts::PI;
+use crate::cache::layer::{AreaSum, Origin, Visibility};
+use crate::cache::topology::NodeId;
+use crate::cache::vertex::VertexId;
+use crate::math::luminance;
+use crate::shade::lights::{Source, delta_arrival};
 
-/// What estimators read: immutable while jobs are traced.
-#[derive(Clone, Copy)]
-pub struct World<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Its hierarchy.
-    pub bvh: &'a Bvh,
-    /// Its lights.
-    pub lights: &'a Lights,
-    /// The run's seed.
-    pub seed: u64,
+/// A visit to a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Job {
+    /// The vertex.
+    pub vertex: VertexId,
+    /// What for.
+    pub wanted: Wanted,
 }
 
-impl World<'_> {
-    /// The random sequence of a vertex and a light: from their permanent names, never from a thread or a clock.
-    #[must_use]
-    pub fn sequence(&self, vertex: &Vertex, light: u32) -> Sequence {
-        Sequence::new(combine(combine(self.seed, vertex.key), u64::from(light)))
-    }
-
-    /// Whether the light of `arrival`, seen from the vertex, is unoccluded. Rays start at the vertex's nudged origin and
-    /// aim at the same point of the light.
-    #[must_use]
-    pub fn visible(&self, vertex: &Vertex, arrival: &Arrival) -> bool {
-        let ray = if arrival.distance.is_finite() {
-            let target = vertex.position + arrival.direction * arrival.distance;
-            let offset = target - vertex.origin;
-            let length = offset.length();
-            // Short of the light, whose own surface must not hide it.
-            Ray { origin: vertex.origin, direction: offset / length, t_max: length * (1.0 - 1e-4) }
-        } else {
-            Ray { origin: vertex.origin, direction: arrival.direction, t_max: f32::INFINITY }
-        };
-        !self.bvh.occluded(self.scene, &ray)
-    }
+/// What a visit samples.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Wanted {
+    /// First visit of a base vertex: the lights that make up most of what can arrive.
+    Strongest,
+    /// First visit of a midpoint: lights whose visibility the corners of the node that was split do not settle.
+    Midpoint {
+        /// The node.
+        node: NodeId,
+        /// Whether it is small enough to take agreeing corners' word for it.
+        small: bool,
+    },
+    /// All lights not traced or inferred yet.
+    Settle,
+    /// One light, traced closely because another vertex sees it otherwise.
+    Confirm {
+        /// The light.
+        light: u32,
+    },
+    /// As many points again for lights that are partly visible.
+    Double,
 }
 
 /// New samples of one light at one vertex.
@@ -68,189 +64,253 @@ pub struct Results {
     pub lights: Vec<LightResult>,
     /// What to add to the slots' sums, consecutive results' entries one after the other.
     pub sums: Vec<(SlotId, AreaSum)>,
-    /// Shadow rays traced.
+    /// Vertices found covered by other geometry.
+    pub covered: Vec<VertexId>,
+    /// Rays traced.
     pub rays: u64,
 }
 
-/// A visit to a vertex: which lights are sampled depends on the stage.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Job {
-    /// The vertex.
-    pub vertex: VertexId,
-    /// 0: the lights that matter most; 1: all others too; from 2 on: area lights whose noise still shows.
-    pub stage: u32,
-}
-
-/// Share of the unoccluded light that the first visit must cover.
-const FIRST_VISIT: f32 = 0.95;
-/// Points of an area light on the first and on the second visit; from the third on their number doubles.
+/// Share of the light that may be left to guessing on a first visit.
+const DEFERRED_SHARE: f32 = 0.03;
+/// Points of an area light that tell full and no visibility, and those that tell how much in between.
 const FIRST_POINTS: u32 = 4;
-const SECOND_POINTS: u32 = 16;
-/// Relative standard error of a vertex's irradiance below which more points do not show.
-pub const TOLERANCE: f32 = 0.002;
-/// Last stage, 4,096 points.
-pub const LAST_STAGE: u32 = 9;
+const PENUMBRA_POINTS: u32 = 16;
+/// Points after which a penumbra is not sampled further.
+pub const MAX_POINTS: u32 = 4096;
 
-/// Points that an area light has after `stage`.
-#[must_use]
-pub const fn points_after(stage: u32) -> u32 {
-    match stage {
-        0 => FIRST_POINTS,
-        n => SECOND_POINTS << (n - 1),
-    }
-}
-
-/// Does a job: samples the lights that its stage asks for.
-pub fn visit(world: &World<'_>, cache: &Cache, job: Job, floor: f32, out: &mut Results) {
-    let vertex = &cache.vertices[job.vertex.0];
-    let wanted = match job.stage {
-        0 => strongest(world, cache, job.vertex),
-        1 => (0..world.lights.sources.len() as u32).collect(),
-        _ => noisy(world, cache, job.vertex, floor),
-    };
-    for light in wanted {
-        let known = cache.layers[light as usize].visibility.get(job.vertex.0);
-        match &world.lights.sources[light as usize] {
-            Source::Delta(kind) => {
-                if known.points == 0 {
-                    let arrival = delta_arrival(kind, vertex.position);
-                    let visibility = delta(world, cache, job.vertex, arrival, out);
-                    out.lights.push(LightResult { vertex: job.vertex, light, visibility, sums: 0 });
-                }
-            }
-            Source::Area(source) => {
-                let until = points_after(job.stage);
-                if known.points < until {
-                    area(world, cache, (job.vertex, light), source, (known, until), out);
+/// Does a job.
+pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
+    match job.wanted {
+        Wanted::Strongest => first_visit(world, cache, job.vertex, None, out),
+        Wanted::Midpoint { node, small } => first_visit(world, cache, job.vertex, Some((node, small)), out),
+        Wanted::Settle => {
+            let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
+            for light in 0..world.lights.sources.len() as u32 {
+                if open(cache.layers[light as usize].visibility.get(job.vertex.0)) {
+                    sample(world, cache, (job.vertex, light), out);
                 }
             }
         }
+        Wanted::Confirm { light } => confirm(world, cache, (job.vertex, light), out),
+        Wanted::Double => double(world, cache, job.vertex, out),
     }
 }
 
-/// Lights in descending order of their bound until they cover most of the possible light.
-fn strongest(world: &World<'_>, cache: &Cache, vertex: VertexId) -> Vec<u32> {
-    let position = cache.vertices[vertex.0].position;
+/// Goes through all lights, strongest first: the many faint ones that together matter little are deferred.
+fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
+    let before = out.lights.len();
+    first_lights(world, cache, id, node, out);
+    // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
+    let dark = out.lights[before..].iter().all(|result| result.visibility.fraction() == 0.0);
+    if world.is_covered(&cache.vertices[id.0], dark, &mut out.rays) {
+        out.covered.push(id);
+    }
+}
+
+fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
+    let position = cache.vertices[id.0].position;
     let mut bounds: Vec<(f32, u32)> = (0_u32..)
         .zip(&world.lights.sources)
         .map(|(light, source)| {
             let of_slot = |slot: SlotId| source.bound(position, cache.slots[slot.0].normal);
-            (cache.slots_of(vertex).map(of_slot).fold(0.0, f32::max), light)
+            (cache.slots_of(id).map(of_slot).fold(0.0, f32::max), light)
         })
-        .filter(|&(bound, _)| bound > 0.0)
         .collect();
     bounds.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let total: f32 = bounds.iter().map(|b| b.0).sum();
-    let mut covered = 0.0;
-    bounds
-        .into_iter()
-        .take_while(|&(bound, _)| {
-            let needed = covered < total * FIRST_VISIT;
-            covered += bound;
-            needed
-        })
-        .map(|(_, light)| light)
-        .collect()
-}
-
-/// Area lights whose share of the noise at the vertex is above what is tolerated there.
-fn noisy(world: &World<'_>, cache: &Cache, vertex: VertexId, floor: f32) -> Vec<u32> {
-    let lights = world.lights.sources.len() as f32;
-    let shows = |&light: &u32| {
-        let sums = &cache.layers[light as usize].sums;
-        let points = cache.layers[light as usize].visibility.get(vertex.0).points;
-        cache
-            .slots_of(vertex)
-            .any(|slot| sums.get(slot.0).variance_of_mean(points) > allowed_variance(cache, slot, floor) / lights)
-    };
-    (0..world.lights.sources.len() as u32).filter(shows).collect()
-}
-
-/// Whether noise still shows at any slot of a vertex. `floor` is an irradiance (luminance) below which noise does not
-/// matter: a share of the image's mean.
-#[must_use]
-pub fn is_noisy(cache: &Cache, vertex: VertexId, floor: f32) -> bool {
-    cache.slots_of(vertex).any(|slot| cache.slots[slot.0].variance * PI * PI > allowed_variance(cache, slot, floor))
-}
-
-/// Variance of the irradiance that is tolerated at a slot.
-fn allowed_variance(cache: &Cache, slot: SlotId, floor: f32) -> f32 {
-    let irradiance = luminance(cache.slots[slot.0].diffuse) * PI;
-    (TOLERANCE * irradiance.max(floor)).powi(2)
-}
-
-/// Variance of the luminance of the irradiance estimated at a slot, all lights together.
-#[must_use]
-pub fn variance(world: &World<'_>, cache: &Cache, slot: SlotId) -> f32 {
-    let vertex = cache.slots[slot.0].vertex;
-    let of_light = |(source, layer): (&Source, &Layer)| match source {
-        Source::Delta(_) => 0.0,
-        Source::Area(_) => layer.sums.get(slot.0).variance_of_mean(layer.visibility.get(vertex.0).points),
-    };
-    world.lights.sources.iter().zip(&cache.layers).map(of_light).sum()
-}
-
-/// Tests a delta light once; no ray where it cannot light any of the vertex's normals.
-fn delta(world: &World<'_>, cache: &Cache, id: VertexId, arrival: Option<Arrival>, out: &mut Results) -> Visibility {
-    let mut visibility = Visibility::default();
-    let visible = arrival.is_some_and(|arrival| {
-        lights_any_slot(cache, id, arrival.direction) && {
-            out.rays += 1;
-            world.visible(&cache.vertices[id.0], &arrival)
-        }
-    });
-    visibility.push(visible);
-    visibility
-}
-
-fn lights_any_slot(cache: &Cache, vertex: VertexId, direction: Vec3) -> bool {
-    cache.slots_of(vertex).any(|slot| cache.slots[slot.0].normal.dot(direction) > 0.0)
-}
-
-/// Adds points of an area light until there are `until`.
-fn area(
-    world: &World<'_>,
-    cache: &Cache,
-    (id, light): (VertexId, u32),
-    source: &AreaSource,
-    (mut visibility, until): (Visibility, u32),
-    out: &mut Results,
-) {
-    let vertex = &cache.vertices[id.0];
-    let sequence = world.sequence(vertex, light);
-    let first = out.sums.len();
-    out.sums.extend(cache.slots_of(id).map(|slot| (slot, AreaSum::default())));
-    while visibility.points < until {
-        let [u, v, ..] = sequence.point(visibility.points);
-        let arrival = source.sample(world.scene, vertex.position, [u, v]);
-        let seen = arrival.filter(|a| {
-            lights_any_slot(cache, id, a.direction) && {
-                out.rays += 1;
-                world.visible(vertex, a)
-            }
-        });
-        visibility.push(seen.is_some());
-        let Some(arrival) = seen else { continue };
-        for (slot, sum) in &mut out.sums[first..] {
-            let irradiance = arrival.facing * cache.slots[slot.0].normal.dot(arrival.direction).max(0.0);
-            sum.irradiance += irradiance;
-            sum.square += luminance(irradiance).powi(2);
+    let mut left: f32 = bounds.iter().map(|b| b.0).sum();
+    let negligible = left * DEFERRED_SHARE;
+    for (bound, light) in bounds {
+        let faint = left <= negligible;
+        left -= bound;
+        let taken = if bound == 0.0 {
+            Some(Visibility::taken_over(Origin::Inferred, 0.0))
+        } else {
+            take_over(cache, (source_of(world, light), light), node, faint)
+        };
+        match taken {
+            Some(visibility) => out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 }),
+            None => sample(world, cache, (id, light), out),
         }
     }
-    let sums = (out.sums.len() - first) as u32;
-    out.lights.push(LightResult { vertex: id, light, visibility, sums });
 }
 
-/// Writes results into the cache, in order (the engine alone, method "apply").
+fn source_of<'a>(world: &World<'a>, light: u32) -> &'a Source {
+    &world.lights.sources[light as usize]
+}
+
+/// Guess for a faint light where nothing is known: half visible errs by half at most.
+const UNKNOWN_FRACTION: f32 = 0.5;
+
+/// Visibility that needs no ray: from corners that agree, or for a faint light from whatever is known around.
+fn take_over(
+    cache: &Cache,
+    (source, light): (&Source, u32),
+    node: Option<(NodeId, bool)>,
+    faint: bool,
+) -> Option<Visibility> {
+    let Some((node, small)) = node else {
+        return faint.then(|| Visibility::taken_over(Origin::Deferred, UNKNOWN_FRACTION));
+    };
+    let layer = &cache.layers[light as usize].visibility;
+    let corners = cache.corner_vertices(node).map(|v| layer.get(v.0));
+    let fractions = corners.map(Visibility::fraction);
+    let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
+    let agree = fractions.iter().all(|&f| f == fractions[0]) && (fractions[0] == 0.0 || fractions[0] == 1.0);
+    let exact = match source {
+        Source::Delta(_) => true,
+        Source::Area(area) => area.has_closed_form() || fractions[0] == 0.0,
+    };
+    if settled && agree && small && exact {
+        return Some(Visibility::taken_over(Origin::Inferred, fractions[0]));
+    }
+    faint.then(|| Visibility::taken_over(Origin::Deferred, fractions.iter().sum::<f32>() / 3.0))
+}
+
+/// Traces a light for the first time.
+fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
+    match &world.lights.sources[light as usize] {
+        Source::Delta(kind) => {
+            let vertex = &cache.vertices[id.0];
+            let mut visibility = Visibility::default();
+            let visible = delta_arrival(kind, vertex.position).is_some_and(|arrival| {
+                out.rays += 1;
+                world.visible(vertex, &arrival)
+            });
+            visibility.push(visible);
+            out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
+        }
+        Source::Area(_) => {
+            let mut round = AreaRound::new(world, cache, (id, light), Visibility::default(), out);
+            round.trace(FIRST_POINTS, out);
+            if round.is_penumbra() {
+                round.trace(PENUMBRA_POINTS, out);
+            }
+            round.finish(out);
+        }
+    }
+}
+
+/// Whether a vertex must be traced (again) where its neighbours see more or less of a light: what it knows was inferred,
+/// or comes from too few points to tell a penumbra.
+#[must_use]
+pub fn is_unconfirmed(source: &Source, known: Visibility) -> bool {
+    match known.origin {
+        Origin::Inferred => true,
+        Origin::Sampled => matches!(source, Source::Area(_)) && known.points < PENUMBRA_POINTS,
+        Origin::Deferred | Origin::Unknown => false,
+    }
+}
+
+/// Traces a light with enough points for a penumbra.
+fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
+    if let Source::Delta(_) = source_of(world, light) {
+        return sample(world, cache, (id, light), out);
+    }
+    let known = cache.layers[light as usize].visibility.get(id.0);
+    let mut round = AreaRound::new(world, cache, (id, light), known, out);
+    round.trace(PENUMBRA_POINTS, out);
+    round.finish(out);
+}
+
+/// Traces as many points again of each area light that is partly visible.
+fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
+    for (light, source) in (0_u32..).zip(&world.lights.sources) {
+        let known = cache.layers[light as usize].visibility.get(id.0);
+        if is_doubled(source, known) {
+            let mut round = AreaRound::new(world, cache, (id, light), known, out);
+            round.trace(known.points * 2, out);
+            round.finish(out);
+        }
+    }
+}
+
+/// Whether more points of a light would tell more: in its penumbra, and everywhere if it has no closed form.
+#[must_use]
+pub fn is_doubled(source: &Source, known: Visibility) -> bool {
+    let Source::Area(area) = source else { return false };
+    // Where neighbours agree, few points were taken and none are needed.
+    let penumbra = known.points >= PENUMBRA_POINTS;
+    let sampled = known.points > 0 && known.fraction() > 0.0 && !area.has_closed_form();
+    (penumbra || sampled) && known.points < MAX_POINTS
+}
+
+/// A round of points of one area light at one vertex.
+struct AreaRound<'a> {
+    world: &'a World<'a>,
+    cache: &'a Cache,
+    id: VertexId,
+    light: u32,
+    visibility: Visibility,
+    /// First entry of the results' sums that is this round's.
+    first: usize,
+}
+
+impl<'a> AreaRound<'a> {
+    fn new(
+        world: &'a World<'a>,
+        cache: &'a Cache,
+        (id, light): (VertexId, u32),
+        known: Visibility,
+        out: &mut Results,
+    ) -> Self {
+        let first = out.sums.len();
+        out.sums.extend(cache.slots_of(id).map(|slot| (slot, AreaSum::default())));
+        let visibility = if known.points == 0 { Visibility::default() } else { known };
+        Self { world, cache, id, light, visibility, first }
+    }
+
+    /// Adds points until there are `until`.
+    fn trace(&mut self, until: u32, out: &mut Results) {
+        let Source::Area(source) = &self.world.lights.sources[self.light as usize] else { return };
+        let vertex = &self.cache.vertices[self.id.0];
+        let sequence = self.world.sequence(vertex, self.light);
+        let sampler = source.at(vertex.position);
+        while self.visibility.points < until {
+            let [u, v, ..] = sequence.point(self.visibility.points);
+            let arrival = sampler.sample(self.world.scene, [u, v]);
+            let lit = arrival
+                .filter(|a| self.cache.slots_of(self.id).any(|s| self.cache.slots[s.0].normal.dot(a.direction) > 0.0));
+            // Points that no normal faces carry no weight; as visible ones they do not pretend a penumbra.
+            let visible = lit.is_none_or(|a| {
+                out.rays += 1;
+                self.world.visible(vertex, &a)
+            });
+            self.visibility.push(visible);
+            let Some(arrival) = lit else { continue };
+            for (slot, sum) in &mut out.sums[self.first..] {
+                let cosine = self.cache.slots[slot.0].normal.dot(arrival.direction).max(0.0);
+                sum.unoccluded += luminance(arrival.mean_facing) * cosine;
+                if visible {
+                    sum.visible += arrival.facing * cosine;
+                }
+            }
+        }
+    }
+
+    fn is_penumbra(&self) -> bool {
+        let fraction = self.visibility.fraction();
+        fraction > 0.0 && fraction < 1.0
+    }
+
+    fn finish(self, out: &mut Results) {
+        let sums = (out.sums.len() - self.first) as u32;
+        out.lights.push(LightResult { vertex: self.id, light: self.light, visibility: self.visibility, sums });
+    }
+}
+
+/// Writes results into the cache, in order (the engine alone, phase "apply").
 pub fn apply(cache: &mut Cache, results: &Results) {
+    for vertex in &results.covered {
+        cache.vertices[vertex.0].progress.covered = true;
+    }
     let mut sums = results.sums.iter();
     for result in &results.lights {
         let layer = &mut cache.layers[result.light as usize];
         *layer.visibility.entry(result.vertex.0) = result.visibility;
         for &(slot, sum) in sums.by_ref().take(result.sums as usize) {
             let entry = layer.sums.entry(slot.0);
-            entry.irradiance += sum.irradiance;
-            entry.square += sum.square;
+            entry.visible += sum.visible;
+            entry.unoccluded += sum.unoccluded;
         }
     }
 }

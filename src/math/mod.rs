@@ -1,6 +1,9 @@
-//! Colour luminance, hashing for seeds, sampling sequences.
+//! Colour luminance, hashing for seeds, sampling sequences, light of polygons, spherical triangles.
 
+pub mod phong_polygon;
+pub mod polygon;
 pub mod sequence;
+pub mod spherical_triangle;
 
 use glam::Vec3;
 

@@ -2,7 +2,7 @@
 //!
 //! So far it computes direct light only (`--direct-only`): emission seen directly, and one shadow ray a light sample.
 
-use crate::estimate::direct::World;
+use crate::estimate::world::World;
 use crate::geom::{Hit, Ray};
 use crate::math::{combine, luminance, sequence::Sequence};
 use crate::scene::Scene;
@@ -229,7 +229,7 @@ fn direct(world: &World<'_>, surface: &Surface, sequence: &Sequence, index: u32)
 fn from_light(world: &World<'_>, surface: &Surface, light: usize, [u, v, ..]: [f32; 4], rays: &mut u64) -> Vec3 {
     let arrival = match &world.lights.sources[light] {
         Source::Delta(kind) => delta_arrival(kind, surface.point),
-        Source::Area(area) => area.sample(world.scene, surface.point, [u, v]),
+        Source::Area(area) => area.at(surface.point).sample(world.scene, [u, v]),
     };
     let Some(arrival) = arrival else { return Vec3::ZERO };
     let value = surface.reflect(&arrival);

@@ -1,19 +1,24 @@
 //! The engine: owns the cache; batches in two phases, trace (shared, read only) and apply (alone, in job order).
 
+use super::image_error::ImageError;
+use super::options::Options;
+use super::priority::{Judge, Reflectances};
+use super::publish::Published;
 use super::queue::Queue;
-use super::update::{EngineStats, Patch, Slot, Update};
+use super::update::{EngineStats, LeafId, Update};
 use super::workers::Workers;
-use crate::cache::dynamic::{Cache, LeafId, SlotId};
+use crate::cache::dynamic::{Cache, SlotId};
+use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 use crate::cache::weld::Weld;
-use crate::estimate::direct::{self, Job, World};
 use crate::estimate::luminance;
+use crate::estimate::world::World;
 use crate::geom::bvh::Bvh;
-use crate::math;
 use crate::scene::{FaceId, Scene};
 use crate::shade::lights::Lights;
 use glam::Vec3;
-use std::collections::HashSet;
+use rustc_hash::FxHashSet;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -37,69 +42,85 @@ pub struct Visible {
     pub faces: Vec<(FaceId, u32)>,
 }
 
-/// The light engine of one scene.
-pub struct Engine {
-    scene: Arc<Scene>,
-    bvh: Arc<Bvh>,
-    lights: Lights,
-    weld: Weld,
-    diagonal: f32,
-    seed: u64,
-    cache: Cache,
-    queue: Queue,
-    workers: Workers,
-    eye: Vec3,
-    /// Slots of visible leaves.
-    visible_slots: Vec<SlotId>,
-    batch: u32,
-    stats: EngineStats,
-    generation: u32,
-    image: ImageSums,
+/// Pixels of drawn triangles, as the GPU counted them.
+#[derive(Clone, Debug)]
+pub struct Counted {
+    /// Last update that was drawn.
+    pub sequence: u64,
+    /// Triangles with pixels, in ascending order; drawn ones that are missing have none. `None` if nothing was counted.
+    pub pixels: Option<Vec<(LeafId, u32)>>,
 }
 
-/// Sums over the visible slots, weighted by pixels, in which the error estimate is expressed.
-#[derive(Clone, Copy, Debug, Default)]
-struct ImageSums {
-    pixels: f64,
-    unknown_pixels: f64,
-    luminance: f64,
-    variance: f64,
+/// The light engine of one scene.
+pub struct Engine {
+    pub(super) scene: Arc<Scene>,
+    pub(super) bvh: Arc<Bvh>,
+    pub(super) lights: Lights,
+    weld: Weld,
+    pub(super) diagonal: f32,
+    pub(super) reflectances: Reflectances,
+    pub(super) options: Options,
+    pub(super) cache: Cache,
+    pub(super) workers: Workers,
+    /// Base vertices still to be visited before anything is refined, largest on screen first.
+    pub(super) first_visits: VecDeque<VertexId>,
+    pub(super) queue: Queue,
+    pub(super) eye: Vec3,
+    pub(super) generation: u32,
+    /// Roots of the visible faces.
+    roots: Vec<NodeId>,
+    pub(super) published: Published,
+    pub(super) image: ImageError,
+    pub(super) stats: EngineStats,
 }
 
 impl Engine {
     /// An engine with an empty cache.
     #[must_use]
-    pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, seed: u64) -> Self {
+    pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, options: Options) -> Self {
         let lights = Lights::new(&scene);
         Self {
             weld: Weld::new(&scene),
             diagonal: scene.diagonal(),
-            cache: Cache::new(lights.sources.len()),
+            reflectances: Reflectances::new(&scene),
+            cache: Cache::new(&scene, lights.sources.len()),
+            first_visits: VecDeque::new(),
             queue: Queue::default(),
             eye: Vec3::ZERO,
-            visible_slots: Vec::new(),
-            batch: 0,
-            stats: EngineStats::default(),
             generation: 0,
-            image: ImageSums::default(),
+            roots: Vec::new(),
+            published: Published::default(),
+            image: ImageError::default(),
+            stats: EngineStats::default(),
             scene,
             bvh,
             lights,
-            seed,
+            options,
             workers,
         }
     }
 
     /// The cache, to look at.
     #[must_use]
-    pub fn cache(&self) -> &Cache {
+    pub const fn cache(&self) -> &Cache {
         &self.cache
     }
 
     /// What estimators read.
     #[must_use]
     pub fn world(&self) -> World<'_> {
-        World { scene: &self.scene, bvh: &self.bvh, lights: &self.lights, seed: self.seed }
+        World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal)
+    }
+
+    /// What keys are computed from.
+    pub(super) fn judge(&self) -> Judge<'_> {
+        Judge {
+            scene: &self.scene,
+            cache: &self.cache,
+            reflectances: &self.reflectances,
+            options: &self.options,
+            mean: self.image.mean(),
+        }
     }
 
     /// Takes a new view: creates what became visible, re-evaluates the specular luminance without a ray, and returns all
@@ -107,70 +128,80 @@ impl Engine {
     pub fn set_visible(&mut self, visible: &Visible) -> Update {
         self.generation = visible.generation;
         self.eye = visible.eye;
-        self.forget_pixels();
-        let leaves: Vec<LeafId> = visible.faces.iter().map(|&(face, pixels)| self.show(face, pixels)).collect();
-        self.visible_slots = self.slots_of_leaves(&leaves);
-        self.enqueue_visible();
-        let slots = std::mem::take(&mut self.visible_slots);
+        self.roots = visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
+        let leaves = self.visible_leaves(&visible.faces);
+        self.queue.clear();
+        self.image = ImageError::default();
+        let slots = self.drawn_slots(&leaves);
+        self.enqueue_first_visits(&leaves, &slots);
         self.evaluate(&slots);
-        self.visible_slots = slots;
-        self.image = self.visible_slots.iter().fold(ImageSums::default(), |sums, &s| sums.with(&self.cache, s, 1.0));
-        self.full_update(&leaves)
-    }
-
-    fn forget_pixels(&mut self) {
-        for &slot in &self.visible_slots {
-            let record = &mut self.cache.slots[slot.0];
-            record.pixels = 0.0;
-            self.cache.vertices[record.vertex.0].pixels = 0.0;
+        leaves.iter().for_each(|&leaf| self.account(leaf));
+        if self.first_visits.is_empty() {
+            self.enqueue_leaves(&leaves);
         }
+        self.full_update(&leaves, &slots)
     }
 
-    /// Makes a face part of the view.
-    fn show(&mut self, face: FaceId, pixels: u32) -> LeafId {
-        let id = self.cache.face(&self.scene, &self.weld, face, self.diagonal);
-        let share = pixels as f32 / 3.0;
-        self.cache.leaves[id.0].generation = self.generation;
-        for slot in self.cache.leaves[id.0].leaf.slots {
-            let record = &mut self.cache.slots[slot.0];
-            record.pixels += share;
-            self.cache.vertices[record.vertex.0].pixels += share;
+    /// The leaves of the visible faces, drawn and with their share of the faces' pixels until they are counted.
+    fn visible_leaves(&mut self, faces: &[(FaceId, u32)]) -> Vec<NodeId> {
+        let mut all = Vec::new();
+        for (i, &(_, pixels)) in faces.iter().enumerate() {
+            let start = all.len();
+            self.cache.topology.leaves(self.roots[i], &mut all);
+            for &leaf in &all[start..] {
+                let share = 0.25_f32.powi(i32::from(self.cache.topology.nodes[leaf.0].level));
+                let work = &mut self.cache.topology.nodes[leaf.0].work;
+                work.pixels = pixels as f32 * share;
+                work.generation = self.generation;
+                work.version += 1;
+                (work.accounted, work.light, work.error) = (0.0, 0.0, 0.0);
+            }
         }
-        id
+        for &leaf in &all {
+            if self.cache.topology.nodes[leaf.0].drawn.is_empty() {
+                self.draw_node(leaf);
+            }
+        }
+        all
     }
 
-    fn slots_of_leaves(&self, leaves: &[LeafId]) -> Vec<SlotId> {
-        let mut slots: Vec<SlotId> = leaves.iter().flat_map(|&l| self.cache.leaves[l.0].leaf.slots).collect();
+    /// Slots that the visible leaves are drawn with.
+    fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
+        let drawn = leaves.iter().flat_map(|l| &self.cache.topology.nodes[l.0].drawn);
+        let mut slots: Vec<SlotId> = drawn.flat_map(|l| self.cache.leaves[l.0].leaf.slots).collect();
         slots.sort_unstable();
         slots.dedup();
         slots
     }
 
-    /// Queues the visible vertices, largest on screen first.
-    fn enqueue_visible(&mut self) {
-        self.queue.clear();
-        let mut seen = HashSet::new();
+    /// Queues the visible vertices that were never visited, largest on screen first.
+    fn enqueue_first_visits(&mut self, leaves: &[NodeId], slots: &[SlotId]) {
+        for slot in slots {
+            let vertex = self.cache.slots[slot.0].vertex;
+            self.cache.vertices[vertex.0].pixels = 0.0;
+        }
+        for leaf in leaves {
+            let share = self.cache.topology.nodes[leaf.0].work.pixels / 3.0;
+            for vertex in self.cache.corner_vertices(*leaf) {
+                self.cache.vertices[vertex.0].pixels += share;
+            }
+        }
+        let mut seen = FxHashSet::default();
+        let vertices = slots.iter().map(|s| self.cache.slots[s.0].vertex);
         let mut order: Vec<VertexId> =
-            self.visible_slots.iter().map(|s| self.cache.slots[s.0].vertex).filter(|&v| seen.insert(v)).collect();
+            vertices.filter(|&v| !self.cache.vertices[v.0].progress.visited && seen.insert(v)).collect();
         let pixels = |v: &VertexId| self.cache.vertices[v.0].pixels;
         order.sort_by(|a, b| pixels(b).total_cmp(&pixels(a)).then(a.cmp(b)));
-        for vertex in order {
-            self.queue.push(vertex, self.cache.vertices[vertex.0].stage);
-        }
+        self.first_visits = order.into();
     }
 
     /// Does one batch and returns what changed.
     pub fn step(&mut self, budget: Budget) -> Update {
         let start = Instant::now();
         let rays_before = self.stats.rays;
-        let mut visited: Vec<VertexId> = Vec::new();
-        loop {
-            let jobs = self.queue.take(self.lights.sources.len());
-            if jobs.is_empty() {
-                break;
-            }
-            self.run(&jobs);
-            visited.extend(jobs.iter().map(|job| job.vertex));
+        let mut worked = true;
+        while worked {
+            worked = if self.first_visits.is_empty() { self.refine() } else { self.visit_base_vertices() };
             let spent = match budget {
                 Budget::Time(time) => start.elapsed() >= time,
                 Budget::Rays(rays) => self.stats.rays - rays_before >= rays,
@@ -179,161 +210,64 @@ impl Engine {
                 break;
             }
         }
-        self.publish(visited)
+        self.publish()
     }
 
-    /// Traces jobs on all workers, then writes their results in order.
-    fn run(&mut self, jobs: &[Job]) {
-        let floor = self.noise_floor();
-        let world = World { scene: &self.scene, bvh: &self.bvh, lights: &self.lights, seed: self.seed };
-        let cache = &self.cache;
-        let results = self.workers.map_chunks(jobs, |chunk| {
-            let mut results = direct::Results::default();
-            chunk.iter().for_each(|&job| direct::visit(&world, cache, job, floor, &mut results));
-            results
-        });
-        for result in &results {
-            direct::apply(&mut self.cache, result);
-            self.stats.rays += result.rays;
-        }
-        for job in jobs {
-            let vertex = &mut self.cache.vertices[job.vertex.0];
-            self.stats.vertices += u64::from(vertex.stage == 0);
-            vertex.stage = job.stage + 1;
-        }
+    /// Whether nothing is left to do for this view.
+    #[must_use]
+    pub fn is_idle(&self) -> bool {
+        self.first_visits.is_empty() && self.queue.is_empty()
     }
 
-    /// Irradiance below which noise does not show: 1 % of the image's mean.
-    fn noise_floor(&self) -> f32 {
-        let mean = self.image.luminance / self.image.pixels.max(1.0);
-        (0.01 * mean) as f32 * std::f32::consts::PI
+    /// The leaves that the camera sees.
+    pub(super) fn all_visible_leaves(&self) -> Vec<NodeId> {
+        let mut leaves = Vec::new();
+        self.roots.iter().for_each(|&root| self.cache.topology.leaves(root, &mut leaves));
+        leaves
     }
 
-    /// Evaluates the visited vertices, queues those with noise left, and lists what the GPU must redraw.
-    fn publish(&mut self, mut visited: Vec<VertexId>) -> Update {
-        visited.sort_unstable();
-        visited.dedup();
-        let slots: Vec<SlotId> = visited.iter().flat_map(|&v| self.cache.slots_of(v)).collect();
-        for &slot in &slots {
-            self.image = self.image.with(&self.cache, slot, -1.0);
-        }
-        self.evaluate(&slots);
-        for &slot in &slots {
-            self.image = self.image.with(&self.cache, slot, 1.0);
-        }
-        self.requeue(&visited);
-        self.patch_update(&slots)
-    }
-
-    /// Computes D and S of slots on all workers.
-    fn evaluate(&mut self, slots: &[SlotId]) {
-        let world = World { scene: &self.scene, bvh: &self.bvh, lights: &self.lights, seed: self.seed };
+    /// Computes D and S of slots on all workers; the slots are then due to be sent.
+    pub(super) fn evaluate(&mut self, slots: &[SlotId]) {
+        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
         let (cache, eye) = (&self.cache, self.eye);
         let values = self.workers.map_chunks(slots, |chunk| {
             let value = |&slot: &SlotId| {
-                let diffuse = luminance::diffuse(&world, cache, slot);
-                (diffuse, luminance::specular(&world, cache, slot, eye), direct::variance(&world, cache, slot))
+                (luminance::diffuse(&world, cache, slot), luminance::specular(&world, cache, slot, eye))
             };
             chunk.iter().map(value).collect::<Vec<_>>()
         });
-        for (&slot, (diffuse, specular, variance)) in slots.iter().zip(values.into_iter().flatten()) {
+        for (&slot, (diffuse, specular)) in slots.iter().zip(values.into_iter().flatten()) {
             let record = &mut self.cache.slots[slot.0];
-            (record.diffuse, record.specular) = (diffuse, specular);
-            record.variance = variance / (std::f32::consts::PI * std::f32::consts::PI);
-            record.known = self.cache.vertices[record.vertex.0].stage > 0;
+            (record.diffuse, record.variance, record.specular) = (diffuse.value, diffuse.variance, specular);
+            record.known = self.cache.vertices[record.vertex.0].progress.visited;
         }
+        self.published.changed.extend_from_slice(slots);
     }
 
-    /// A vertex goes on to its next stage if it is its second, or while its noise shows.
-    fn requeue(&mut self, visited: &[VertexId]) {
-        let floor = self.noise_floor();
-        for &vertex in visited {
-            let stage = self.cache.vertices[vertex.0].stage;
-            if stage <= 1 || direct::is_noisy(&self.cache, vertex, floor) {
-                self.queue.push(vertex, stage);
+    /// Takes in what the GPU has drawn: triangles that it has replaced can be recycled, counted pixels steer refinement.
+    pub fn counted(&mut self, counted: &Counted) {
+        self.recycle(counted.sequence);
+        let Some(pixels) = &counted.pixels else { return };
+        let mut by_node: rustc_hash::FxHashMap<NodeId, f32> = rustc_hash::FxHashMap::default();
+        for &(leaf, count) in pixels {
+            if self.published.is_older(leaf, counted.sequence) {
+                *by_node.entry(self.cache.leaves[leaf.0].node).or_default() += count as f32;
             }
         }
-    }
-
-    fn full_update(&mut self, leaves: &[LeafId]) -> Update {
-        let mut update = Update { generation: self.generation, ..Update::default() };
-        update.slots = self.visible_slots.iter().map(|&s| (s, self.slot(s))).collect();
-        for (i, &leaf) in (0_u32..).zip(leaves) {
-            let record = &self.cache.leaves[leaf.0];
-            update.leaves.push((leaf, record.leaf));
-            update.patch_leaves.push(leaf);
-            update.patches.push(Patch { face: record.leaf.face, old: i..i, new: i..i + 1 });
-        }
-        update.stats = self.current_stats();
-        update
-    }
-
-    fn patch_update(&mut self, slots: &[SlotId]) -> Update {
-        self.batch += 1;
-        let mut update = Update { generation: self.generation, ..Update::default() };
-        for &slot in slots {
-            let mut drawn = false;
-            let leaves: Vec<LeafId> = self.cache.leaves_of(slot).collect();
-            for leaf in leaves {
-                let record = &mut self.cache.leaves[leaf.0];
-                if record.generation != self.generation {
-                    continue;
+        for leaf in self.all_visible_leaves() {
+            let node = &self.cache.topology.nodes[leaf.0];
+            let older = node.drawn.iter().all(|l| self.published.is_older(*l, counted.sequence));
+            if !older || node.drawn.is_empty() {
+                continue;
+            }
+            let pixels = by_node.get(&leaf).copied().unwrap_or(0.0);
+            if pixels != node.work.pixels {
+                self.cache.topology.nodes[leaf.0].work.pixels = pixels;
+                self.account(leaf);
+                if self.first_visits.is_empty() {
+                    self.enqueue_split(leaf);
                 }
-                drawn = true;
-                if std::mem::replace(&mut record.batch, self.batch) == self.batch {
-                    continue;
-                }
-                let i = update.patch_leaves.len() as u32;
-                update.patch_leaves.push(leaf);
-                update.patches.push(Patch { face: record.leaf.face, old: i..i + 1, new: i..i + 1 });
-            }
-            if drawn {
-                update.slots.push((slot, self.slot(slot)));
             }
         }
-        update.stats = self.current_stats();
-        update
-    }
-
-    fn slot(&self, slot: SlotId) -> Slot {
-        let record = &self.cache.slots[slot.0];
-        Slot {
-            position: self.cache.vertices[record.vertex.0].position,
-            weight: if record.known { 1.0 } else { 0.0 },
-            diffuse: record.diffuse,
-            specular: record.specular,
-        }
-    }
-
-    fn current_stats(&mut self) -> EngineStats {
-        self.stats.cpu_seconds = self.workers.cpu_seconds();
-        self.stats.triangles = self.cache.leaves.live() as u64;
-        self.stats.cache_bytes = self.cache.bytes() as u64;
-        self.stats.estimated_error = self.image.relative_error();
-        self.stats.complete = self.queue.first_visits_done();
-        self.stats.converged = self.queue.is_empty();
-        self.stats
-    }
-}
-
-impl ImageSums {
-    /// Adds (`sign` 1) or takes away (−1) a slot.
-    fn with(mut self, cache: &Cache, slot: SlotId, sign: f64) -> Self {
-        let record = &cache.slots[slot.0];
-        let pixels = sign * f64::from(record.pixels);
-        self.pixels += pixels;
-        if record.known {
-            self.luminance += pixels * f64::from(math::luminance(record.diffuse));
-            self.variance += pixels * f64::from(record.variance);
-        } else {
-            self.unknown_pixels += pixels;
-        }
-        self
-    }
-
-    /// Noise of D over the image as RMSE over mean; `None` until every visible vertex has a value.
-    fn relative_error(&self) -> Option<f32> {
-        let known = self.unknown_pixels.abs() < 0.5 && self.pixels > 0.0 && self.luminance > 0.0;
-        known.then(|| ((self.variance.max(0.0) / self.pixels).sqrt() / (self.luminance / self.pixels)) as f32)
     }
 }

@@ -1,8 +1,13 @@
 //! The light engine: it owns the cache, decides what to trace next, and tells the GPU what changed.
 
 pub mod engine;
+pub mod image_error;
 pub mod nice;
+pub mod options;
+pub mod priority;
+mod publish;
 pub mod queue;
+mod refinement;
 pub mod thread;
 pub mod update;
 pub mod workers;

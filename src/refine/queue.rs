@@ -1,54 +1,90 @@
-//! What to sample next: vertices stage by stage, nearest and largest first.
-//!
-//! A vertex is visited with few rays before any other is visited with more, so that the first picture does not wait
-//! for the last vertex's last ray.
+//! What to do next: tasks ordered by the drop of image error that a ray is expected to buy.
 
+use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
-use crate::estimate::direct::{Job, LAST_STAGE, points_after};
-use std::collections::VecDeque;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
-/// Visits waiting, by stage.
-#[derive(Debug, Default)]
-pub struct Queue {
-    stages: [VecDeque<VertexId>; LAST_STAGE as usize + 1],
+/// A piece of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Split a leaf.
+    Split(NodeId),
+    /// Trace the lights that a vertex has put off.
+    Settle(VertexId),
+    /// Take as many points again in the penumbrae of a vertex.
+    Double(VertexId),
 }
 
-/// Rays a run of jobs should cost about: enough to be worth handing out, few enough to keep the frame loop served.
-const RAYS_A_RUN: u32 = 4096;
+/// A task with what it was worth when it was queued.
+#[derive(Clone, Copy, Debug)]
+pub struct Entry {
+    /// Expected drop of the image's square error a ray.
+    pub key: f32,
+    /// The task.
+    pub task: Task,
+    /// Version of the node or vertex that the key was computed from.
+    pub version: u32,
+    /// Order of arrival: the tie-break that keeps runs alike.
+    serial: u64,
+}
+
+/// The queue.
+#[derive(Debug, Default)]
+pub struct Queue {
+    heap: BinaryHeap<Entry>,
+    serial: u64,
+}
 
 impl Queue {
-    /// Drops all waiting visits.
+    /// Drops everything.
     pub fn clear(&mut self) {
-        self.stages.iter_mut().for_each(VecDeque::clear);
+        self.heap.clear();
     }
 
-    /// Adds a visit behind those of its stage; ignored past the last stage.
-    pub fn push(&mut self, vertex: VertexId, stage: u32) {
-        if let Some(waiting) = self.stages.get_mut(stage as usize) {
-            waiting.push_back(vertex);
+    /// Adds a task; one that is worth nothing is not kept.
+    pub fn push(&mut self, key: f32, task: Task, version: u32) {
+        if key > 0.0 {
+            self.serial += 1;
+            self.heap.push(Entry { key, task, version, serial: self.serial });
         }
     }
 
-    /// Takes the next run of jobs, all of one stage; empty when nothing waits.
-    pub fn take(&mut self, lights: usize) -> Vec<Job> {
-        let Some(stage) = self.stages.iter().position(|s| !s.is_empty()) else { return Vec::new() };
-        let rays_a_job = points_after(stage as u32).min(256) * lights.clamp(1, 16) as u32;
-        let count = (RAYS_A_RUN / rays_a_job).max(16) as usize;
-        let waiting = &mut self.stages[stage];
-        let count = count.min(waiting.len());
-        waiting.drain(..count).map(|vertex| Job { vertex, stage: stage as u32 }).collect()
+    /// Takes the task of the greatest key.
+    pub fn pop(&mut self) -> Option<Entry> {
+        self.heap.pop()
+    }
+
+    /// The greatest key.
+    #[must_use]
+    pub fn peek(&self) -> Option<f32> {
+        self.heap.peek().map(|e| e.key)
     }
 
     /// Whether nothing waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.stages.iter().all(VecDeque::is_empty)
+        self.heap.is_empty()
     }
+}
 
-    /// Whether the first visits of all vertices are done: every visible vertex has a value.
-    #[must_use]
-    pub fn first_visits_done(&self) -> bool {
-        self.stages[0].is_empty()
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Entry {}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.key.total_cmp(&other.key).then(other.serial.cmp(&self.serial))
     }
 }
 
@@ -57,17 +93,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn lower_stages_come_first_and_keep_their_order() {
+    fn the_greatest_key_comes_first_and_equals_keep_their_order() {
         let mut queue = Queue::default();
-        for (vertex, stage) in [(5, 1), (9, 0), (3, 0), (4, 1)] {
-            queue.push(VertexId(vertex), stage);
+        for (key, vertex) in [(1.0, 1), (3.0, 2), (0.0, 3), (3.0, 4), (f32::NAN, 5)] {
+            queue.push(key, Task::Settle(VertexId(vertex)), 0);
         }
-        let ids = |jobs: Vec<Job>| jobs.iter().map(|j| (j.vertex.0, j.stage)).collect::<Vec<_>>();
-        assert_eq!(ids(queue.take(1)), [(9, 0), (3, 0)]);
-        assert!(queue.first_visits_done());
-        assert_eq!(ids(queue.take(1)), [(5, 1), (4, 1)]);
-        assert!(queue.is_empty());
-        queue.push(VertexId(1), LAST_STAGE + 1);
-        assert!(queue.is_empty());
+        let order: Vec<Task> = std::iter::from_fn(|| queue.pop()).map(|e| e.task).collect();
+        assert_eq!(order, [2, 4, 1].map(|v| Task::Settle(VertexId(v))));
     }
 }

@@ -1,6 +1,6 @@
 //! The engine's thread: commands in, updates out.
 
-use super::engine::{Budget, Engine, Visible};
+use super::engine::{Budget, Counted, Engine, Visible};
 use super::nice::lower_priority;
 use super::update::Update;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
@@ -14,6 +14,8 @@ enum Command {
     View(Visible),
     /// One batch of at least this many rays.
     Step(u64),
+    /// What the GPU has drawn.
+    Counted(Counted),
 }
 
 /// Whether batches follow the clock or the frame loop.
@@ -58,6 +60,11 @@ impl EngineThread {
     /// Asks for one batch of at least `rays` rays (pace [`Pace::Stepped`]); exactly one update answers.
     pub fn step(&self, rays: u64) {
         self.send(Command::Step(rays));
+    }
+
+    /// Tells what the GPU has drawn; no update answers.
+    pub fn counted(&self, counted: Counted) {
+        self.send(Command::Counted(counted));
     }
 
     fn send(&self, command: Command) {
@@ -121,6 +128,11 @@ fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Send
         };
         let update = match command {
             Some(Command::View(visible)) => engine.set_visible(&visible),
+            Some(Command::Counted(counted)) => {
+                engine.counted(&counted);
+                idle = pace == Pace::Stepped || engine.is_idle();
+                continue;
+            }
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(Budget::Time(BATCH)),
         };

@@ -38,6 +38,8 @@ pub struct Patch {
 pub struct Update {
     /// The camera generation that it belongs to.
     pub generation: u32,
+    /// Its number, rising.
+    pub sequence: u64,
     /// Slots written.
     pub slots: Vec<(SlotId, Slot)>,
     /// Leaves defined or redefined.

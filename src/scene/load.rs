@@ -8,10 +8,12 @@ use super::obj_text::ObjText;
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::stock::Stock;
+use super::text::Warnings;
 use super::texture::{Texture, TextureId};
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, textures};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -125,8 +127,11 @@ fn describe(path: &Path) -> Result<(Description, Report)> {
             Ok(scene_file::read(path, &text))
         }
         Kind::Obj => {
-            std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
-            let objs = vec![scene_file::ObjFile { path: path.to_owned(), line: None }];
+            // Opening a pipe would wait for its writer; `read_objs` refuses it.
+            if data.is_file() {
+                std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
+            }
+            let objs = vec![scene_file::ObjName { path: path.to_owned(), line: None }];
             let description = Description { objs, ..Description::default() };
             Ok((description, Report::default()))
         }
@@ -140,7 +145,7 @@ struct ObjFile {
 }
 
 fn read_objs(main: &Path, description: &Description, report: &mut Report) -> Vec<ObjFile> {
-    let read = |obj: &scene_file::ObjFile| -> Result<ObjFile, String> {
+    let read = |obj: &scene_file::ObjName| -> Result<ObjFile, String> {
         if input::kind(&obj.path)? == Kind::SceneFile {
             return Err("is a scene file: name an OBJ".into());
         }
@@ -170,6 +175,7 @@ struct Slots {
 
 fn resolve(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Slots {
     let library = stock.open_libraries(&file.path, &file.text.libraries, report);
+    let mut warnings = Warnings::new(&file.path);
     let of_material = file
         .text
         .materials
@@ -177,12 +183,13 @@ fn resolve(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Slots {
         .map(|named| match library.get(&named.name) {
             Some(&index) => stock.slot(index, report),
             None => {
-                let message = format!("material {} is in no MTL file: grey is used", named.name);
-                report.warn(&file.path, Some(named.line), message);
+                let message = || format!("material {} is in no MTL file: grey is used", named.name);
+                warnings.add("material in no MTL file", named.line, message);
                 stock.grey(&named.name)
             }
         })
         .collect();
+    report.faults.extend(warnings.finish().faults);
     // `tobj` names no material only before the first `usemtl`.
     let no_material = if starts_without_material(&file.text.faces) { stock.grey("no material") } else { SKIP };
     Slots { of_material, no_material }
@@ -231,18 +238,19 @@ fn build_materials(stock: &Stock, ids: &[Option<TextureId>], report: &mut Report
 }
 
 fn nothing_to_draw(counts: &Counts) -> String {
-    let mut why = Vec::new();
-    for (count, what) in [
-        (counts.dropped_faces, "faces have faults"),
-        (counts.zero_area, "triangles have no area"),
-        (counts.see_through, "triangles are of glass, which is not drawn yet"),
-    ] {
-        if count > 0 {
-            why.push(format!("{count} {what}"));
-        }
+    let found: Vec<String> = [
+        ("faces with faults", counts.dropped_faces),
+        ("triangles without area", counts.zero_area),
+        ("triangles of glass, which is not drawn yet", counts.see_through),
+    ]
+    .into_iter()
+    .filter(|&(_, count)| count > 0)
+    .map(|(what, count)| format!("{what}: {count}"))
+    .collect();
+    if found.is_empty() {
+        return "nothing to draw: there is no face of three corners or more".into();
     }
-    let why = if why.is_empty() { "there is no face of three corners or more".to_owned() } else { why.join(", ") };
-    format!("nothing to draw: {why}")
+    format!("nothing to draw ({})", found.join(", "))
 }
 
 fn finish_scene(
@@ -272,9 +280,20 @@ fn finish_scene(
         report.warn(path, None, message);
     }
     let area_lights = emitters::find(&scene);
-    scene.lights.extend(area_lights);
+    add_lights(&mut scene.lights, area_lights);
     complete_view(path, &mut scene, report);
     scene
+}
+
+/// Edits address lights by name: a name of the scene file or of another MTL may be taken.
+fn add_lights(lights: &mut Vec<Light>, more: Vec<Light>) {
+    let mut taken: HashSet<String> = lights.iter().map(|light| light.name.clone()).collect();
+    for mut light in more {
+        while !taken.insert(light.name.clone()) {
+            light.name.push_str(" (area)");
+        }
+        lights.push(light);
+    }
 }
 
 /// A camera and a light where the scene has none.

@@ -40,15 +40,17 @@ pub(super) struct ObjText {
     pub report: Report,
 }
 
-/// Numbers of positions, texture coordinates and normals.
-#[derive(Clone, Copy, Debug, Default)]
-struct Counts([u32; 3]);
+/// Something for each of `v`, `vt` and `vn`: how many there are, or the index of one.
+type Triple<T> = [T; 3];
+const V: usize = 0;
+const VT: usize = 1;
+const VN: usize = 2;
 
 /// What the survey of the vertices found.
 #[derive(Default)]
 struct Survey {
     /// Totals of the file, without the stand-ins.
-    totals: Counts,
+    totals: Triple<u32>,
     /// Positions that cannot be drawn, ascending, from 0.
     unusable: Vec<u32>,
 }
@@ -79,11 +81,11 @@ impl ObjText {
             match keyword {
                 b"v" => self.position(rest, number, &mut survey, warnings),
                 b"vt" => {
-                    survey.totals.0[1] += 1;
+                    survey.totals[VT] += 1;
                     self.texture_coordinate(rest, number, warnings);
                 }
                 b"vn" => {
-                    survey.totals.0[2] += 1;
+                    survey.totals[VN] += 1;
                     self.normal(rest, number, warnings);
                 }
                 b"mtllib" => self.libraries.push(Named { name: text::decode(rest), line: number }),
@@ -100,18 +102,18 @@ impl ObjText {
     }
 
     /// After the file's own: attributes for corners that lack one, so that all corners are alike to `tobj`.
-    fn stand_ins(&mut self, totals: Counts) {
-        if totals.0[1] > 0 {
+    fn stand_ins(&mut self, totals: Triple<u32>) {
+        if totals[VT] > 0 {
             self.vertices.extend_from_slice(b"vt 0 0\n");
         }
-        if totals.0[2] > 0 {
+        if totals[VN] > 0 {
             self.vertices.extend_from_slice(b"vn 0 0 0\n");
         }
     }
 
     fn position(&mut self, rest: &[u8], line: u32, survey: &mut Survey, warnings: &mut Warnings) {
-        let index = survey.totals.0[0];
-        survey.totals.0[0] += 1;
+        let index = survey.totals[V];
+        survey.totals[V] += 1;
         if numbers::<3>(rest).is_some_and(|p| p.iter().all(|x| x.abs() <= MAX_COORDINATE)) {
             // A fourth number (w) belongs to rational curves; colours after it are not used.
             return self.copy_words(b"v", rest, 3);
@@ -164,16 +166,16 @@ impl ObjText {
         // `tobj` asks for materials when it meets a library.
         self.faces.extend_from_slice(b"mtllib materials\n");
         let mut numbers_of: FxHashMap<Vec<u8>, usize> = FxHashMap::default();
-        let mut so_far = Counts::default();
+        let mut so_far = Triple::default();
         let mut corners = Vec::new();
         let mut lines = Lines::new(bytes);
         while let Some(line) = lines.next() {
             let Ok((number, line)) = line else { continue };
             let (keyword, rest) = text::keyword(line);
             match keyword {
-                b"v" => so_far.0[0] += 1,
-                b"vt" => so_far.0[1] += 1,
-                b"vn" => so_far.0[2] += 1,
+                b"v" => so_far[V] += 1,
+                b"vt" => so_far[VT] += 1,
+                b"vn" => so_far[VN] += 1,
                 b"f" | b"fo" => {
                     let face = Face { so_far, survey, line: number };
                     if !face.write(rest, &mut corners, &mut self.faces, warnings) {
@@ -218,11 +220,11 @@ fn numbers<const N: usize>(rest: &[u8]) -> Option<[f32; N]> {
 }
 
 /// One corner as written: position, texture coordinate, normal; 0 where there is none.
-type Corner = [i64; 3];
+type Corner = Triple<i64>;
 
 /// Where a face stands in its file.
 struct Face<'s> {
-    so_far: Counts,
+    so_far: Triple<u32>,
     survey: &'s Survey,
     line: u32,
 }
@@ -265,12 +267,12 @@ impl Face<'_> {
     /// Indices from 1 into the whole file with stand-ins for missing attributes, and whether that is how the corner
     /// was written; `None`, with a warning, when it cannot be drawn.
     fn resolve(&self, corner: Corner, warnings: &mut Warnings) -> Option<(Corner, bool)> {
-        let totals = self.survey.totals.0;
-        let Some(v) = self.index(0, corner[0]) else {
+        let totals = self.survey.totals;
+        let Some(v) = self.index(V, corner[V]) else {
             warnings.add("vertex index out of range", self.line, || {
                 format!(
                     "there is no vertex {} ({} in the file, {} so far): the face is left out",
-                    corner[0], totals[0], self.so_far.0[0]
+                    corner[V], totals[V], self.so_far[V]
                 )
             });
             return None;
@@ -282,21 +284,21 @@ impl Face<'_> {
             });
             return None;
         }
-        let out = [v, self.attribute(1, corner[1], warnings), self.attribute(2, corner[2], warnings)];
+        let out = [v, self.attribute(VT, corner[VT], warnings), self.attribute(VN, corner[VN], warnings)];
         let same = |kind: usize| out[kind] == corner[kind] && out[kind] > 0 || out[kind] == 0 && corner[kind] == NONE;
         Some((out, (0..3).all(same)))
     }
 
     /// Index of a texture coordinate or normal; the stand-in, or 0 where the file has none, when it is missing or wrong.
     fn attribute(&self, kind: usize, written: i64, warnings: &mut Warnings) -> i64 {
-        let total = i64::from(self.survey.totals.0[kind]);
+        let total = i64::from(self.survey.totals[kind]);
         let stand_in = if total > 0 { total + 1 } else { 0 };
         if written == NONE {
             return stand_in;
         }
         self.index(kind, written).unwrap_or_else(|| {
             warnings.add("attribute index out of range", self.line, || {
-                let what = if kind == 1 { "texture coordinate" } else { "normal" };
+                let what = if kind == VT { "texture coordinate" } else { "normal" };
                 let which = if written == UNREADABLE { "with an unreadable index".into() } else { written.to_string() };
                 format!("there is no {what} {which}: the corner goes without")
             });
@@ -306,8 +308,8 @@ impl Face<'_> {
 
     /// An index from 1 into the whole file, `None` out of range. Negative ones count back from the line.
     fn index(&self, kind: usize, written: i64) -> Option<i64> {
-        let index = if written < 0 { i64::from(self.so_far.0[kind]) + 1 + written } else { written };
-        let limit = if written < 0 { self.so_far.0[kind] } else { self.survey.totals.0[kind] };
+        let index = if written < 0 { i64::from(self.so_far[kind]) + 1 + written } else { written };
+        let limit = if written < 0 { self.so_far[kind] } else { self.survey.totals[kind] };
         (1..=i64::from(limit)).contains(&index).then_some(index)
     }
 }
@@ -320,8 +322,8 @@ const UNREADABLE: i64 = i64::MAX;
 fn parse_corner(word: &[u8]) -> Option<Corner> {
     let mut corner = [NONE; 3];
     let mut parts = word.split(|&b| b == b'/');
-    corner[0] = parse_index(parts.next()?)?;
-    for slot in &mut corner[1..] {
+    corner[V] = parse_index(parts.next()?)?;
+    for slot in &mut corner[VT..] {
         match parts.next() {
             None => break,
             Some([]) => {}

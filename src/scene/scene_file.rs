@@ -14,7 +14,7 @@ const DEFAULT_FOV: f32 = 45.0;
 
 /// An OBJ file of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct ObjFile {
+pub(super) struct ObjName {
     /// Where it is.
     pub path: PathBuf,
     /// The line of the scene file that names it; `None` for a bare OBJ.
@@ -25,7 +25,7 @@ pub(super) struct ObjFile {
 #[derive(Debug, Default)]
 pub(super) struct Description {
     /// OBJ files.
-    pub objs: Vec<ObjFile>,
+    pub objs: Vec<ObjName>,
     /// Which side of emissive triangles emits.
     pub emission_side: EmissionSide,
     /// Smoothing of OBJs without normals, degrees.
@@ -70,7 +70,7 @@ fn read_geometry(t: &mut Table, directory: &Path, out: &mut Description) {
     match t.strings("obj") {
         Some(objs) if objs.is_empty() => t.error(t.line, "obj is empty: name at least one OBJ file"),
         Some(objs) => {
-            let file = |at: At<String>| ObjFile { path: directory.join(at.value), line: Some(at.line) };
+            let file = |at: At<String>| ObjName { path: directory.join(at.value), line: Some(at.line) };
             out.objs.extend(objs.into_iter().map(file));
         }
         None => t.error(t.line, "[geometry] lacks obj"),

@@ -90,6 +90,21 @@ impl Texture {
         bilinear(&self.texels[first..], self.extents[level], uv).truncate()
     }
 
+    /// Mean linear RGB over all texels of level 0.
+    #[must_use]
+    pub fn mean(&self) -> Vec3 {
+        let sum = |texels: &[[u8; 4]]| {
+            texels
+                .iter()
+                .map(|t| Vec3::new(SRGB[t[0] as usize], SRGB[t[1] as usize], SRGB[t[2] as usize]))
+                .sum::<Vec3>()
+        };
+        // Row by row, so that f32 does not lose what it adds to a large sum.
+        let [width, height] = self.extents[0];
+        let rows = self.texels.chunks(width as usize).take(height as usize);
+        rows.map(|row| sum(row) / width as f32).sum::<Vec3>() / height as f32
+    }
+
     /// Linear RGB at `uv`.
     #[must_use]
     pub fn rgb(&self, uv: Vec2) -> Vec3 {

@@ -1,4 +1,8 @@
 //! Evaluation of reflection, and of light arriving without occlusion.
 
+pub mod area;
+pub mod area_sampler;
+mod area_specular;
+mod facets;
 pub mod lights;
 pub mod phong;

@@ -4,6 +4,7 @@
 use glam::{Vec2, Vec3};
 use penombre::geom::bvh::Bvh;
 use penombre::refine::engine::{Budget, Engine, Visible};
+use penombre::refine::options::{Options, Priority};
 use penombre::refine::update::{Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::light::{Light, LightKind};
@@ -76,9 +77,21 @@ impl Mirror {
     }
 }
 
+/// No refinement: light at base vertices, penumbrae to the end.
+pub fn options(seed: u64) -> Options {
+    Options {
+        seed,
+        priority: Priority::Error,
+        min_pixels: f32::INFINITY,
+        contrast: 0.02,
+        shadow_size: 1.0,
+        tolerance: 1e-3,
+    }
+}
+
 pub fn engine(scene: Scene, threads: usize, seed: u64) -> Engine {
     let bvh = Arc::new(Bvh::build(&scene));
-    Engine::new(Arc::new(scene), bvh, Workers::new(threads).expect("threads"), seed)
+    Engine::new(Arc::new(scene), bvh, Workers::new(threads).expect("threads"), options(seed))
 }
 
 /// Lights the given faces to the end.

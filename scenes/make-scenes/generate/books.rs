@@ -58,7 +58,7 @@ fn fill(obj: &mut Obj, rng: &mut Rng, at: DVec3, width: f64, clear: f64) {
     let mut x = 0.01;
     while width - x > 0.05 {
         let room = width - x;
-        if room > 0.3 && rng.chance(0.03) {
+        if room > 0.3 && rng.chance(0.02) {
             obj.offset(at + DVec3::new(x + 0.12, 0.0, -0.15), vase);
             x += 0.26;
         } else if room > 0.3 && rng.chance(0.08) {
@@ -74,35 +74,43 @@ fn set(obj: &mut Obj, rng: &mut Rng, at: DVec3, [room, clear]: [f64; 2]) -> f64 
     let (height, depth) = (clear * rng.range(0.66, 0.93), rng.range(0.17, 0.23));
     let base = at - DVec3::Z * rng.range(0.03, 0.055);
     let (binding, uniform) = (rng.below(64), rng.chance(0.6));
-    let count = 1 + rng.below(6);
-    let mut x = 0.0;
-    for i in 0..count {
-        let thick = rng.range(0.034, 0.076);
-        if i > 0 && x + thick > room {
-            break;
+    let mut books = vec![(rng.range(0.034, 0.076).min(room), binding)];
+    for _ in 0..rng.below(6) {
+        let (thick, other) = (rng.range(0.034, 0.076), rng.below(64));
+        if books.iter().map(|b| b.0).sum::<f64>() + thick <= room {
+            books.push((thick, if uniform { binding } else { other }));
         }
-        let size = DVec3::new(thick.min(room), height, depth);
-        let binding = if uniform { binding } else { rng.below(64) };
+    }
+    let mut x = 0.0;
+    for (i, &(thick, binding)) in books.iter().enumerate() {
         obj.offset(base + DVec3::X * x, |obj| {
-            upright(obj, size, binding);
+            upright(obj, DVec3::new(thick, height, depth), binding);
             if i == 0 {
-                cover(obj, [[0.0, -depth], [0.0, -BULGE * size.x]], height, binding);
+                cover(obj, [[0.0, -depth], [0.0, -BULGE]], height, binding);
+            }
+            if i + 1 == books.len() {
+                cover(obj, [[thick, -BULGE], [thick, -depth]], height, binding);
             }
         });
-        x += size.x;
-        let last = i + 1 == count || x + 0.034 > room;
-        if last {
-            obj.offset(base + DVec3::X * x, |obj| cover(obj, [[0.0, -BULGE * size.x], [0.0, -depth]], height, binding));
-            break;
-        }
+        x += thick;
     }
     x + 0.003
 }
 
 /// A small turned vase.
 fn vase(obj: &mut Obj) {
-    let profile = [(0.035, 0.0), (0.075, 0.05), (0.09, 0.1), (0.07, 0.16), (0.035, 0.2), (0.03, 0.22), (0.045, 0.25)];
-    lathe(obj, &GLAZE, &profile, 12);
+    let profile = [
+        (0.035, 0.0),
+        (0.075, 0.05),
+        (0.09, 0.1),
+        (0.07, 0.16),
+        (0.035, 0.2),
+        (0.03, 0.22),
+        (0.045, 0.25),
+        (0.025, 0.22),
+        (0.0, 0.21),
+    ];
+    lathe(obj, &GLAZE, &profile, 10);
 }
 
 /// A few books lying on one another; returns the room they took.
@@ -121,14 +129,13 @@ fn atlas(binding: u64, u: f64, v: f64) -> DVec2 {
     DVec2::new((binding % 8) as f64 + 0.04 + 0.92 * u, (binding / 8) as f64 + 0.02 + 0.96 * v) / 8.0
 }
 
-/// Depth of a spine's rounding by the thickness of the book.
-const BULGE: f64 = 0.16;
+/// Depth of a spine's rounding, equal for all, so that neighbours meet at the hinge.
+const BULGE: f64 = 0.008;
 
 /// Spine and top of a book, spine at z = 0 facing +z, standing on y = 0; `size` is thickness, height, depth.
 fn upright(obj: &mut Obj, size: DVec3, binding: u64) {
     let (w, h, d) = (size.x, size.y, size.z);
-    let bulge = w * BULGE;
-    let columns = [(0.0, -bulge, -0.5), (0.5, 0.0, 0.0), (1.0, -bulge, 0.5)];
+    let columns = [(0.0, -BULGE, -0.5), (0.5, 0.0, 0.0), (1.0, -BULGE, 0.5)];
     for pair in columns.windows(2) {
         let corner = |(u, z, nx): (f64, f64, f64), v: f64| Corner {
             p: DVec3::new(w * u, h * v, z),
@@ -137,7 +144,7 @@ fn upright(obj: &mut Obj, size: DVec3, binding: u64) {
         };
         obj.face(&BOOKS, &[corner(pair[0], 0.0), corner(pair[1], 0.0), corner(pair[1], 1.0), corner(pair[0], 1.0)]);
     }
-    let top = [(0.0, -bulge), (0.5, 0.0), (1.0, -bulge), (1.0, -d), (0.0, -d)];
+    let top = [(0.0, -BULGE), (0.5, 0.0), (1.0, -BULGE), (1.0, -d), (0.0, -d)];
     obj.flat(&PAGE_EDGE, &top.map(|(u, z)| DVec3::new(w * u, h, z)));
 }
 
@@ -156,7 +163,7 @@ fn plain(obj: &mut Obj, points: [DVec3; 4], binding: u64) {
 }
 
 /// A closed book on its side, spine at z = 0 facing +z; `size` is thickness, length along x, depth.
-pub fn lying(obj: &mut Obj, at: DVec3, size: DVec3, binding: u64) {
+fn lying(obj: &mut Obj, at: DVec3, size: DVec3, binding: u64) {
     let (h, l, d) = (size.x, size.y, size.z);
     let p = |x: f64, y: f64, z: f64| at + DVec3::new(x * l, y * h, -z * d);
     let spine = [p(0.0, 0.0, 0.0), p(1.0, 0.0, 0.0), p(1.0, 1.0, 0.0), p(0.0, 1.0, 0.0)];
@@ -164,6 +171,8 @@ pub fn lying(obj: &mut Obj, at: DVec3, size: DVec3, binding: u64) {
     let mut uv = uvs.iter().map(|&(u, v)| atlas(binding, u, v));
     obj.face(&BOOKS, &spine.map(|p| Corner { p, n: DVec3::Z, uv: uv.next().unwrap_or_default() }));
     plain(obj, [p(0.0, 1.0, 0.0), p(1.0, 1.0, 0.0), p(1.0, 1.0, 1.0), p(0.0, 1.0, 1.0)], binding);
+    // The underside shows where it juts out over the book below.
+    plain(obj, [p(0.0, 0.0, 1.0), p(1.0, 0.0, 1.0), p(1.0, 0.0, 0.0), p(0.0, 0.0, 0.0)], binding);
     for (a, b) in [([1.0, 0.0], [1.0, 1.0]), ([1.0, 1.0], [0.0, 1.0]), ([0.0, 1.0], [0.0, 0.0])] {
         obj.flat(&PAGE_EDGE, &[p(a[0], 0.0, a[1]), p(b[0], 0.0, b[1]), p(b[0], 1.0, b[1]), p(a[0], 1.0, a[1])]);
     }

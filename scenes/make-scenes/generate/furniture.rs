@@ -1,10 +1,9 @@
 //! What stands in the library: tables, chairs, the armillary sphere, plants, pictures.
 
-use super::books;
 use super::obj::Obj;
 use super::paint::{
-    BRASS, DARK_OAK, FRINGE, GLAZE, GLOBE, IRON, LEAF, OAK, PAGE_EDGE, PAGES, Paint, RATTAN, RUG, SHADE, SOIL, STEM,
-    TERRACOTTA, VELVET,
+    BRASS, CLOTH_BLUE, CLOTH_GREEN, CLOTH_TAN, DARK_OAK, FRINGE, GLAZE, GLOBE, IRON, LEAF, OAK, PAGE_EDGE, PAGES,
+    Paint, RATTAN, RUG, SHADE, SOIL, STEM, TERRACOTTA, VELVET,
 };
 use super::rng::Rng;
 use super::shapes::{block, hoop, lathe, linspace, rod, side, standing, surface, tube};
@@ -41,8 +40,8 @@ pub fn table(obj: &mut Obj, length: f64) {
         (0.055, 0.55),
         (0.055, 0.62),
     ];
-    for x in [-w + 0.14, w - 0.14] {
-        for z in [-l + 0.14, l - 0.14] {
+    for x in [-w + 0.17, w - 0.17] {
+        for z in [-l + 0.17, l - 0.17] {
             obj.offset(DVec3::new(x, 0.0, z), |obj| lathe(obj, &DARK_OAK, &leg, 12));
         }
     }
@@ -114,21 +113,30 @@ pub fn open_book(obj: &mut Obj) {
 
 /// A few books lying about on a table.
 pub fn stack(obj: &mut Obj, rng: &mut Rng, count: usize) {
+    const BINDINGS: [&Paint; 5] = [&VELVET, &CLOTH_BLUE, &CLOTH_GREEN, &CLOTH_TAN, &DARK_OAK];
     let mut y = 0.0;
     for _ in 0..count {
-        let size = DVec3::new(rng.range(0.025, 0.05), rng.range(0.2, 0.26), rng.range(0.15, 0.19));
-        obj.at(placed(DVec3::Y * y, rng.range(-14.0, 14.0)), |obj| {
-            let at = DVec3::new(-size.y * 0.5, 0.0, size.z * 0.5);
-            books::lying(obj, at, size, rng.below(64));
-            // The underside shows where a book juts out over the one below.
-            let (x, z) = (size.y * 0.5, size.z * 0.5);
-            obj.flat(
-                &PAGE_EDGE,
-                &[DVec3::new(-x, 0.0, -z), DVec3::new(x, 0.0, -z), DVec3::new(x, 0.0, z), DVec3::new(-x, 0.0, z)],
-            );
-        });
-        y += size.x + 0.001;
+        let size = DVec3::new(rng.range(0.2, 0.26), rng.range(0.028, 0.05), rng.range(0.15, 0.19));
+        let binding = BINDINGS[rng.below(5) as usize];
+        obj.at(placed(DVec3::Y * y, rng.range(-14.0, 14.0)), |obj| hardback(obj, binding, size));
+        y += size.y + 0.001;
     }
+}
+
+/// A closed book lying on y = 0, its spine at +z; `size` is length, thickness, width.
+fn hardback(obj: &mut Obj, binding: &'static Paint, size: DVec3) {
+    const BOARD: f64 = 0.004;
+    const INSET: f64 = 0.006;
+    let (x, z) = (size.x * 0.5, size.z * 0.5);
+    for y in [0.0, size.y - BOARD] {
+        block(obj, binding, [DVec3::new(-x, y, -z), DVec3::new(x, y + BOARD, z)], 0.3, side::ALL);
+    }
+    let inside = [BOARD, size.y - BOARD];
+    let sides = side::BIT[0] | side::BIT[1] | side::BIT[4];
+    let pages = [DVec3::new(INSET - x, inside[0], INSET - z), DVec3::new(x - INSET, inside[1], z - BOARD)];
+    block(obj, &PAGE_EDGE, pages, 0.3, sides);
+    let spine = [DVec3::new(-x, inside[0], z - BOARD), DVec3::new(x, inside[1], z)];
+    block(obj, binding, spine, 0.3, sides | side::BIT[5]);
 }
 
 /// A rug of `width` × `length`, 12 mm thick, along z.
@@ -169,7 +177,7 @@ pub fn armillary(obj: &mut Obj) {
             (DVec3::new(0.917, -0.4, 0.0), 0.66, 0.014),
             (DVec3::new(0.3, 0.2, 0.9), 0.6, 0.014),
         ] {
-            hoop(obj, &BRASS, axis, radius, thickness, [48, 6]);
+            hoop(obj, &BRASS, axis, radius, thickness, [40, 6]);
         }
         for (axis, height, radius) in [(pole, 0.45, 0.62), (pole, -0.45, 0.62)] {
             obj.offset(pole * height, |obj| hoop(obj, &BRASS, axis, radius, 0.012, [40, 5]));
@@ -261,6 +269,17 @@ pub fn screen(obj: &mut Obj) {
     }
 }
 
+/// A cloth hanging in folds from a rod at height 7.2, its pattern on both sides, in the plane z = 0.
+pub fn tapestry(obj: &mut Obj) {
+    let (width, top, bottom) = (1.15, 7.2, 4.7);
+    rod(obj, &BRASS, [DVec3::new(-0.68, top, 0.06), DVec3::new(0.68, top, 0.06)], 0.022, 8);
+    let p = |u: f64, v: f64| {
+        let fold = (1.0 - 0.5 * v) * 0.045 * (u * 5.0 * PI).cos();
+        DVec3::new((u - 0.5) * width, bottom + (top - bottom - 0.02) * v, 0.06 + fold)
+    };
+    surface(obj, &RUG, [&linspace(0.0, 1.0, 24), &linspace(0.0, 1.0, 10)], DVec2::ONE, p);
+}
+
 /// A chain of oval links hanging from `top` down to `bottom`.
 pub fn chain(obj: &mut Obj, top: DVec3, bottom: f64) {
     const LINK: f64 = 0.13;
@@ -325,7 +344,7 @@ pub fn vase(obj: &mut Obj) {
             (0.07, 0.56),
             (0.1, 0.6),
             (0.09, 0.6),
-            (0.058, 0.53),
+            (0.045, 0.53),
             (0.0, 0.5),
         ];
         lathe(obj, &GLAZE, &profile, 24);

@@ -80,7 +80,7 @@ fn west_wall(obj: &mut Obj) {
         half: 0.85,
         heights: [0.0, 1.2, 4.6, SPRING],
         depth: 0.5,
-        cell: 0.27,
+        cell: 0.3,
         segments: 14,
     };
     obj.at(wall_frame(-NAVE, true), |obj| wall.build(obj, &STONE));
@@ -224,7 +224,7 @@ fn aisle(obj: &mut Obj) {
 fn arcades(obj: &mut Obj) {
     for (foot, top) in [(2.2, GALLERY), (5.3, SPRING)] {
         let heights = [foot, foot, foot, top];
-        let wall = ArchedWall { bays: BAYS, bay: BAY, half: 1.3, heights, depth: 0.4, cell: 0.25, segments: 18 };
+        let wall = ArchedWall { bays: BAYS, bay: BAY, half: 1.3, heights, depth: 0.4, cell: 0.3, segments: 16 };
         obj.at(wall_frame(NAVE, false), |obj| wall.build(obj, &STONE));
     }
     for i in 1..BAYS {
@@ -262,8 +262,8 @@ fn column(obj: &mut Obj, height: f64, plinth: f64) {
         (0.24 * s, high + 0.21 * s),
         (0.25 * s, shaft),
     ]);
-    lathe(obj, &STONE, &profile, 18);
-    let half = DVec3::new(0.23, 0.0, 0.32);
+    lathe(obj, &STONE, &profile, 16);
+    let half = DVec3::new(0.27, 0.0, 0.33);
     block(obj, &STONE, [DVec3::Y * shaft - half, DVec3::Y * height + half], 0.3, side::ALL);
 }
 

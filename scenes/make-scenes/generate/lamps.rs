@@ -9,7 +9,7 @@ use super::paint::{
 use super::shapes::{block, hoop, lathe, lattice, linspace, rod, side, sphere, surface, tube};
 use super::toml::Light;
 use glam::{DVec2, DVec3};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Pendant globes: north, middle, south.
 const PENDANTS: [f64; 3] = [-5.2, 0.0, 5.2];
@@ -35,8 +35,13 @@ pub fn strong_meshes(obj: &mut Obj) {
     let p = |u: f64, v: f64| DVec3::new(-12.0, ys[0] + (ys[1] - ys[0]) * v, zs[2] - (zs[2] - zs[0]) * u);
     surface(obj, &NIGHT_SKY, [&linspace(0.0, 1.0, 2), &[0.0, 1.0]], DVec2::ONE, p);
     obj.offset(DVec3::new(0.0, 0.26, -END + 0.35), |obj| {
-        let flame = [(0.0, 0.0), (0.12, 0.05), (0.15, 0.12), (0.1, 0.26), (0.04, 0.38), (0.0, 0.46)];
-        lathe(obj, &FIRE, &flame, 6);
+        // A wind-blown tongue of fire in 64 triangles.
+        let p = |u: f64, v: f64| {
+            let (s, c) = (u * TAU).sin_cos();
+            let r = 0.3 * (v * PI).sin().max(0.0) * (1.0 - v) * (1.0 + 0.25 * (3.0 * u * TAU).sin());
+            DVec3::new(1.5 * r * c + 0.07 * (4.0 * v).sin(), 0.62 * v, -r * s)
+        };
+        surface(obj, &FIRE, [&linspace(0.0, 1.0, 8), &[0.0, 0.1, 0.25, 0.45, 0.7, 1.0]], DVec2::ONE, p);
     });
     for z in PENDANTS {
         let centre = DVec3::new(0.0, PENDANT_HEIGHT, z);
@@ -81,10 +86,10 @@ fn glass(obj: &mut Obj) {
 pub fn strong_lights() -> Vec<Light> {
     let d = DVec3::new;
     vec![
-        Light::directional("moon", d(0.66, -0.55, 0.34), d(6.0, 8.0, 13.0)),
-        Light::point("armillary", d(0.0, 1.75, 0.0), d(7.0, 4.6, 2.2)),
+        Light::directional("moon", d(0.66, -0.55, 0.34), d(5.0, 6.9, 11.2)),
+        Light::point("armillary", d(0.0, 1.75, 0.0), d(12.0, 8.0, 4.0)),
         Light::spot("stair", d(2.2, 8.6, -4.6), d(0.13, -1.0, -0.32), d(150.0, 106.0, 62.0), [12.0, 24.0]),
-        Light::spot("south_wall", d(0.0, 8.4, 1.5), d(0.0, -0.62, 1.0), d(64.0, 72.0, 96.0), [20.0, 38.0]),
+        Light::spot("south_wall", d(0.0, 8.4, 1.5), d(0.0, -0.62, 1.0), d(38.0, 44.0, 60.0), [20.0, 38.0]),
     ]
 }
 
@@ -107,7 +112,9 @@ pub fn small_meshes(obj: &mut Obj) {
         obj.offset(at + DVec3::Y * 0.375, |obj| sphere(obj, &BULB, 0.036, 6, 4));
     }
     for at in candles() {
-        obj.offset(at + DVec3::Y * 0.17, |obj| lathe(obj, &FLAME, &[(0.0, 0.0), (0.011, 0.016), (0.0, 0.05)], 5));
+        obj.offset(at + DVec3::Y * 0.17, |obj| {
+            lathe(obj, &FLAME, &[(0.0, 0.0), (0.013, 0.016), (0.01, 0.036), (0.0, 0.07)], 6)
+        });
     }
     for at in lanterns() {
         let size = DVec3::new(0.07, 0.11, 0.07);
@@ -115,7 +122,7 @@ pub fn small_meshes(obj: &mut Obj) {
     }
     for i in 0..BAYS {
         for at in swag(i, 6).iter().take(6).skip(1) {
-            obj.offset(*at - DVec3::Y * 0.035, |obj| sphere(obj, &FAIRY, 0.024, 5, 3));
+            obj.offset(*at - DVec3::Y * 0.035, |obj| sphere(obj, &FAIRY, 0.03, 6, 4));
         }
     }
     for i in 0..BAYS {
@@ -179,7 +186,7 @@ fn lantern_frame(obj: &mut Obj, at: DVec3) {
             );
         }
         block(obj, &IRON, [DVec3::new(-0.115, -0.165, -0.115), DVec3::new(0.115, -0.15, 0.115)], 0.3, side::ALL);
-        lathe(obj, &IRON, &[(0.17, 0.16), (0.165, 0.175), (0.03, 0.27), (0.012, 0.3), (0.0, 0.3)], 4);
+        lathe(obj, &IRON, &[(0.0, 0.16), (0.17, 0.16), (0.165, 0.175), (0.03, 0.27), (0.012, 0.3), (0.0, 0.3)], 4);
     });
     chain(obj, DVec3::new(at.x, ceiling, at.z), at.y + 0.29);
 }
@@ -207,12 +214,12 @@ pub fn small_lights() -> Vec<Light> {
         lights.push(Light::spot(&format!("picture_{}", i + 1), from, aim, warm * 9.0, [18.0, 34.0]));
     }
     for (i, at) in super::library::palms().into_iter().enumerate() {
-        lights.push(Light::point(&format!("palm_{}", i + 1), at + d(0.42, 0.12, 0.3), d(0.5, 0.62, 0.3)));
+        lights.push(Light::point(&format!("palm_{}", i + 1), at + d(0.42, 0.12, 0.3), d(0.55, 0.48, 0.26)));
     }
     let others = [
         ("under_stair", d(2.4, 0.3, -5.9), warm * 0.9),
-        ("screen", d(3.6, 0.9, 7.4), d(1.9, 1.1, 0.5)),
-        ("nook", d(-3.3, 1.9, 6.9), warm * 1.2),
+        ("screen", d(3.6, 0.9, 7.4), d(0.9, 0.55, 0.26)),
+        ("nook", d(-3.3, 1.9, 6.9), warm * 0.8),
         ("gallery_south", d(5.8, 5.0, 7.3), warm * 0.7),
         ("gallery_north", d(5.8, 5.0, -7.3), warm * 0.7),
         ("aisle_south", d(5.8, 0.8, 7.3), warm * 0.6),

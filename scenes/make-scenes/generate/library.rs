@@ -2,7 +2,8 @@
 
 use super::books::Case;
 use super::furniture::{
-    TABLE, armillary, chair, desk_lamp, globe, open_book, painting, palm, placed, rug, screen, stack, table, vase,
+    TABLE, armillary, chair, desk_lamp, globe, open_book, painting, palm, placed, rug, screen, stack, table, tapestry,
+    vase,
 };
 use super::hall::{self, BAYS, EAST, END, GALLERY, NAVE, bay_centre};
 use super::obj::Obj;
@@ -75,21 +76,22 @@ fn scene_files() -> Vec<File> {
     ]
 }
 
-fn cameras() -> [Camera; 7] {
+fn cameras() -> [Camera; 8] {
     let d = DVec3::new;
     [
         Camera("hall", d(-1.7, 2.4, 7.8), d(0.45, 3.3, -3.0), 64.0),
-        Camera("gallery", d(5.0, 5.65, 5.3), d(-1.5, 4.5, -3.2), 62.0),
+        Camera("gallery", d(4.05, 5.6, 5.6), d(-1.3, 4.1, -3.0), 62.0),
         Camera("reading_table", d(1.55, 1.5, 5.55), d(-0.05, 0.86, 3.6), 42.0),
         Camera("aisle", d(5.55, 1.65, 7.4), d(5.75, 1.7, -4.0), 55.0),
         Camera("stair", d(0.2, 1.6, -2.6), d(2.9, 2.3, -6.4), 55.0),
         Camera("vault", d(0.6, 1.5, 5.8), d(-0.1, 7.4, -5.0), 62.0),
+        Camera("screen", d(0.9, 1.5, 4.4), d(2.9, 0.5, 7.0), 50.0),
         Camera("hearth", d(-0.9, 1.45, -3.4), d(0.2, 1.35, -8.0), 50.0),
     ]
 }
 
 /// In by the south end, past the tables and the armillary sphere, up to the gallery and back along it.
-fn walk() -> [(f64, DVec3, DVec3); 9] {
+fn walk() -> [(f64, DVec3, DVec3); 11] {
     let d = DVec3::new;
     [
         (0.0, d(-1.7, 2.4, 7.8), d(0.45, 3.3, -3.0)),
@@ -98,9 +100,11 @@ fn walk() -> [(f64, DVec3, DVec3); 9] {
         (10.0, d(-1.3, 1.6, -2.6), d(0.3, 1.7, -8.0)),
         (13.0, d(1.3, 1.8, -3.6), d(3.0, 2.4, -6.4)),
         (16.0, d(2.6, 3.4, -3.0), d(3.4, 4.2, -6.4)),
-        (20.0, d(3.4, 5.6, -1.6), d(0.0, 5.6, -8.0)),
-        (24.0, d(5.4, 5.7, 2.4), d(-0.5, 4.6, -3.5)),
-        (28.0, d(5.0, 5.65, 5.3), d(-1.5, 4.5, -3.2)),
+        (20.0, d(3.2, 5.7, -1.6), d(0.0, 5.6, -8.0)),
+        (23.0, d(4.4, 5.7, 0.0), d(5.8, 5.5, 4.0)),
+        (26.0, d(5.1, 5.55, 2.2), d(4.6, 5.4, 6.0)),
+        (29.0, d(4.4, 5.7, 3.3), d(0.0, 5.0, 1.0)),
+        (33.0, d(4.05, 5.6, 5.6), d(-1.3, 4.1, -3.0)),
     ]
 }
 
@@ -152,7 +156,7 @@ fn valance(obj: &mut Obj, at: DVec3) {
 
 fn furnish(obj: &mut Obj, rng: &mut Rng) {
     for (i, &z) in TABLES.iter().enumerate() {
-        obj.offset(DVec3::Z * z, |obj| rug(obj, 2.6, 4.6));
+        obj.offset(DVec3::Z * z, |obj| rug(obj, 3.0, 4.8));
         obj.offset(DVec3::new(0.0, 0.012, z), |obj| {
             table(obj, 3.2);
             for k in -1..=1 {
@@ -179,8 +183,11 @@ fn furnish(obj: &mut Obj, rng: &mut Rng) {
     obj.at(placed(DVec3::new(2.5, 0.0, 6.7), -35.0), screen);
     obj.offset(DVec3::new(2.7, 0.0, 1.7), globe);
     obj.offset(DVec3::new(-3.3, 0.0, -2.9), vase);
-    obj.offset(DVec3::new(3.4, 0.0, 1.9 + 1.2), vase);
-    ladder(obj, DVec3::new(6.0, 0.0, 0.6));
+    obj.offset(DVec3::new(3.7, 0.0, 2.4), vase);
+    for x in [-2.9, 2.9] {
+        obj.offset(DVec3::new(x, 0.0, 0.06 - END), tapestry);
+    }
+    ladder(obj, DVec3::new(6.0, 0.0, -1.0));
 }
 
 /// Open books and piles on a table whose top is centred at `at`.

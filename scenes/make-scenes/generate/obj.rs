@@ -97,8 +97,7 @@ impl Obj {
             let p = self.positions.add(self.transform.transform_point3(corner.p), POSITION_STEPS);
             let n = self.transform.transform_vector3(corner.n).normalize_or_zero();
             let n = self.normals.add(n, DETAIL_STEPS);
-            let uv = if paint.is_textured() { corner.uv } else { DVec2::ZERO };
-            let t = self.uvs.add(uv.extend(0.0), DETAIL_STEPS);
+            let t = if paint.is_textured() { self.uvs.add(corner.uv.extend(0.0), DETAIL_STEPS) } else { 0 };
             if face.iter().all(|c| c[0] != p) {
                 face.push([p, t, n]);
             }
@@ -153,7 +152,10 @@ impl Obj {
             for face in &group.faces {
                 out.push('f');
                 for [p, t, n] in face {
-                    let _ = write!(out, " {p}/{t}/{n}");
+                    let _ = match group.paint.is_textured() {
+                        true => write!(out, " {p}/{t}/{n}"),
+                        false => write!(out, " {p}//{n}"),
+                    };
                 }
                 out.push('\n');
             }

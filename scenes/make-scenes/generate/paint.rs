@@ -89,7 +89,7 @@ macro_rules! paints {
 
 paints! {
     /// Black and cream marble flags.
-    FLAGS = Paint::textured("flags", "flags.png", 2.0).polished(0.08, 40.0);
+    FLAGS = Paint::textured("flags", "flags.png", 2.0).polished(0.05, 20.0);
     /// Waxed planks of the gallery floor.
     PLANKS = Paint::textured("planks", "planks.png", 1.6).polished(0.06, 30.0);
     /// Warm lime plaster.
@@ -122,6 +122,12 @@ paints! {
     LEAD = Paint::matt("lead", [0.12, 0.12, 0.13]).polished(0.1, 15.0);
     /// Green glass of the lamp shades, opaque here.
     SHADE = Paint::matt("shade", [0.03, 0.24, 0.12]).polished(0.2, 60.0);
+    /// Bookbinder's cloth, blue.
+    CLOTH_BLUE = Paint::matt("cloth_blue", [0.06, 0.1, 0.26]);
+    /// Bookbinder's cloth, green.
+    CLOTH_GREEN = Paint::matt("cloth_green", [0.07, 0.2, 0.12]);
+    /// Bookbinder's cloth, tan.
+    CLOTH_TAN = Paint::matt("cloth_tan", [0.42, 0.26, 0.12]);
     /// Blue-and-white glaze.
     GLAZE = Paint::matt("glaze", [0.2, 0.32, 0.6]).polished(0.15, 60.0);
     /// Terracotta.
@@ -148,21 +154,21 @@ paints! {
     LOG = Paint::matt("log", [0.1, 0.07, 0.05]);
 
     /// Rose window, lit from behind.
-    ROSE_GLASS = Paint { map_ke: Some("rose.png"), ..Paint::glow("rose_glass", [16.0, 16.0, 20.0]) };
+    ROSE_GLASS = Paint { map_ke: Some("rose.png"), ..Paint::glow("rose_glass", [7.0, 7.0, 9.0]) };
     /// Night sky behind the windows.
     NIGHT_SKY = Paint { map_ke: Some("night.png"), ..Paint::glow("night_sky", [1.6, 1.9, 2.6]) };
     /// Alabaster globes.
-    ALABASTER = Paint::glow("alabaster", [62.0, 42.0, 22.0]);
+    ALABASTER = Paint::glow("alabaster", [42.0, 28.0, 14.5]);
     /// Fire in the hearth.
-    FIRE = Paint::glow("fire", [120.0, 46.0, 9.0]);
+    FIRE = Paint::glow("fire", [40.0, 12.0, 1.6]);
     /// Bulbs of the table lamps.
     BULB = Paint::glow("bulb", [150.0, 104.0, 56.0]);
     /// Candle flames.
-    FLAME = Paint::glow("flame", [360.0, 200.0, 72.0]);
+    FLAME = Paint::glow("flame", [170.0, 92.0, 32.0]);
     /// Bulbs of the string light.
-    FAIRY = Paint::glow("fairy", [110.0, 66.0, 26.0]);
+    FAIRY = Paint::glow("fairy", [64.0, 37.0, 14.0]);
     /// Panels of the hanging lanterns.
-    LANTERN = Paint::glow("lantern", [34.0, 19.0, 7.0]);
+    LANTERN = Paint::glow("lantern", [30.0, 17.5, 7.0]);
     /// Light strips on top of the bookcases.
-    STRIP = Paint::glow("strip", [30.0, 22.0, 13.0]);
+    STRIP = Paint::glow("strip", [30.0, 21.0, 11.5]);
 }

@@ -37,20 +37,10 @@ fn stretch(obj: &mut Obj, a: f64, b: f64) {
     };
     rail(obj, [GALLERY + 0.05, GALLERY + 0.1], 0.05);
     rail(obj, [GALLERY + 0.92, GALLERY + 0.99], 0.06);
-    let profile = [
-        (0.02, 0.0),
-        (0.032, 0.06),
-        (0.018, 0.14),
-        (0.02, 0.2),
-        (0.042, 0.36),
-        (0.03, 0.5),
-        (0.016, 0.66),
-        (0.028, 0.76),
-        (0.02, 0.82),
-    ];
+    let profile = [(0.02, 0.0), (0.032, 0.06), (0.02, 0.2), (0.042, 0.36), (0.016, 0.66), (0.028, 0.76), (0.02, 0.82)];
     let spots = steps(a, b, 0.2);
     for pair in spots.windows(2) {
-        obj.offset(DVec3::new(4.4, GALLERY + 0.1, (pair[0] + pair[1]) * 0.5), |obj| lathe(obj, &DARK_OAK, &profile, 7));
+        obj.offset(DVec3::new(4.4, GALLERY + 0.1, (pair[0] + pair[1]) * 0.5), |obj| lathe(obj, &DARK_OAK, &profile, 6));
     }
 }
 
@@ -143,13 +133,21 @@ fn stringer(obj: &mut Obj, rise: f64) {
             obj.face(&IRON, &cell.map(|p| Corner { p, n, uv: DVec2::ZERO }));
         }
     }
+    for (t, flip) in [(0.0, false), (TREADS as f64, true)] {
+        let at = |r: f64, v: f64| about(START + SWEEP * t, r, rise * (t + 0.5) + v);
+        let mut end = [at(RADIUS - 0.02, -0.16), at(RADIUS, -0.16), at(RADIUS, 0.1), at(RADIUS - 0.02, 0.1)];
+        if flip {
+            end.reverse();
+        }
+        obj.flat(&IRON, &end);
+    }
 }
 
 /// The platform that joins the last tread to the gallery, with a rail on either side.
 fn landing(obj: &mut Obj) {
     let (x0, x1) = (AXIS.x + 0.06, 4.2);
     let lo = DVec3::new(x0, GALLERY - 0.08, LANDING[0]);
-    block(obj, &DARK_OAK, [lo, DVec3::new(x1, GALLERY, LANDING[1])], 0.2, side::ALL & !side::BIT[3]);
+    block(obj, &DARK_OAK, [lo, DVec3::new(x1, GALLERY, LANDING[1])], 0.2, side::ALL & !side::BIT[1]);
     for z in [LANDING[0] + 0.03, LANDING[1] - 0.03] {
         // The last tread arrives from the south: that side stays open next to the axis.
         let from = if z > AXIS.z { x0 + 0.75 } else { x0 + 0.03 };

@@ -201,7 +201,8 @@ fn rug(uv: DVec2) -> DVec3 {
         (rgb(0.52, 0.13, 0.12), rgb(0.15, 0.18, 0.34), rgb(0.82, 0.74, 0.58), rgb(0.75, 0.52, 0.24));
     let p = DVec2::new(uv.x - 0.5, (uv.y - 0.5) * 2.0).abs();
     let inset = (0.5 - p.x).min(1.0 - p.y);
-    let weave = 0.92 + 0.1 * hash((uv.x * 256.0) as i64, (uv.y * 512.0) as i64, 24);
+    // Warp and weft.
+    let weave = if ((uv.x * 256.0) as i64 + (uv.y * 512.0) as i64) % 2 == 0 { 0.94 } else { 1.02 };
     let diamonds = |scale: f64| ((p.x * scale).fract() - 0.5).abs() + ((p.y * scale).fract() - 0.5).abs();
     let tone = if inset < 0.02 {
         navy
@@ -343,7 +344,7 @@ fn rose(uv: DVec2) -> DVec3 {
     let lead = (width - petal.abs()) * TAU * r.max(0.05) / count;
     let piece = (turn * count) as i64;
     let pick = (piece + ring as i64 * 2 + i64::from(along > 0.55) * (1 + ring as i64)) as usize % 6;
-    let shade = 0.75 + 0.35 * hash(piece, ring as i64, 34) * (0.6 + 0.4 * fractal(uv, 16, 35));
+    let shade = 0.75 + 0.35 * hash(piece, ring as i64, 34);
     let cross = ((along - 0.55).abs() * (radii[ring + 1] - radii[ring]) - 0.008) * 0.7;
     mix(DVec3::ZERO, GLASS[pick] * shade, smooth(0.002, 0.012, lead.min(cross).min(0.985 - r)))
 }

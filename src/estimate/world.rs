@@ -1,0 +1,90 @@
+//! What estimators read: the scene, its hierarchy, its lights; immutable while jobs are traced.
+
+use crate::cache::vertex::Vertex;
+use crate::geom::Ray;
+use crate::geom::bvh::Bvh;
+use crate::math::{combine, sequence::Sequence};
+use crate::scene::Scene;
+use crate::shade::lights::{Arrival, Lights};
+use glam::Vec3;
+
+/// The immutable part of the world.
+#[derive(Clone, Copy)]
+pub struct World<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// Its hierarchy.
+    pub bvh: &'a Bvh,
+    /// Its lights.
+    pub lights: &'a Lights,
+    /// The run's seed.
+    pub seed: u64,
+    /// Length of the contact test's ray, scene units.
+    pub contact: f32,
+}
+
+/// Probes of a dark vertex, all of which must hit back faces.
+const PROBES: u32 = 8;
+
+/// Length of the contact test against the scene's diagonal.
+const CONTACT: f32 = 2e-4;
+
+impl<'a> World<'a> {
+    /// The world of a scene; `diagonal` is the scene's.
+    #[must_use]
+    pub const fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a Lights, seed: u64, diagonal: f32) -> Self {
+        Self { scene, bvh, lights, seed, contact: diagonal * CONTACT }
+    }
+
+    /// The random sequence of a vertex and a light: from their permanent names, never from a thread or a clock.
+    #[must_use]
+    pub fn sequence(&self, vertex: &Vertex, light: u32) -> Sequence {
+        Sequence::new(combine(combine(self.seed, vertex.key), u64::from(light)))
+    }
+
+    /// Whether the light of `arrival`, seen from the vertex, is unoccluded. Rays start at the vertex's nudged origin and
+    /// aim at the same point of the light.
+    #[must_use]
+    pub fn visible(&self, vertex: &Vertex, arrival: &Arrival) -> bool {
+        let origin = vertex.origin();
+        let ray = if arrival.distance.is_finite() {
+            let target = vertex.position + arrival.direction * arrival.distance;
+            let offset = target - origin;
+            let length = offset.length();
+            // Short of the light, whose own surface must not hide it.
+            Ray { origin, direction: offset / length, t_max: length * (1.0 - 1e-4) }
+        } else {
+            Ray { origin, direction: arrival.direction, t_max: f32::INFINITY }
+        };
+        !self.bvh.occluded(self.scene, &ray)
+    }
+
+    /// Whether the vertex is covered by other geometry, so that its light is not its surface's: something lies on it
+    /// (a short ray along the normal), or, if `probe`, everything that it sees is the inside of something.
+    ///
+    /// The probes do without the component being closed, which blocks without a bottom are not: curtains and leaves never
+    /// show their backs in all directions. Where a whole room is wound the wrong way round all its vertices count as
+    /// covered, and interpolation among them is as it would be without.
+    #[must_use]
+    pub fn is_covered(&self, vertex: &Vertex, probe: bool, rays: &mut u64) -> bool {
+        *rays += 1;
+        let contact = Ray { origin: vertex.origin(), direction: vertex.normal(), t_max: self.contact };
+        if self.bvh.occluded(self.scene, &contact) {
+            return true;
+        }
+        probe
+            && (0..PROBES).all(|i| {
+                *rays += 1;
+                let ray = Ray { direction: self.probe_direction(vertex, i), t_max: f32::INFINITY, ..contact };
+                self.bvh.closest(self.scene, &ray).is_some_and(|hit| hit.back)
+            })
+    }
+
+    /// Directions spread over the hemisphere by cosine.
+    fn probe_direction(&self, vertex: &Vertex, index: u32) -> Vec3 {
+        let [u, v, ..] = self.sequence(vertex, u32::MAX).point(index);
+        let (radius, angle) = (u.sqrt(), v * std::f32::consts::TAU);
+        let (x, y) = vertex.normal().any_orthonormal_pair();
+        x * (radius * angle.cos()) + y * (radius * angle.sin()) + vertex.normal() * (1.0 - u).sqrt()
+    }
+}

@@ -1,0 +1,64 @@
+//! Light of a uniformly bright polygon at a point, in closed form [Lambert].
+//!
+//! A polygon of radiance 1 seen from the origin sends the light vector D = ½ Σ Θ Γ, where Θ is the angle that an edge
+//! subtends and Γ the unit normal of the plane through edge and origin; n·D is the irradiance on a surface of normal n
+//! if the polygon lies above its horizon, else the polygon is clipped there first.
+//!
+//! The terms of the sum are of the order of an edge's angle ε, the sum of the order ε². Corners are therefore kept relative
+//! to one of them and Γ comes from a × (b − a), so that the relative error is about 1e-16 / ε and not 1e-16 / ε²: no other
+//! form is needed for small lights (measured: tests/area_lights.rs).
+
+use glam::DVec3;
+use smallvec::SmallVec;
+
+/// Corners of a polygon or of a clipped one, on the stack up to a 24-gon.
+pub type Corners = SmallVec<[DVec3; 24]>;
+
+/// ½ Θ Γ of the edge from `a` to `a + edge`, as seen from the origin; zero where the edge's line passes through it.
+///
+/// Summed over the edges of a polygon that runs counter-clockwise seen from the origin this points towards it.
+#[must_use]
+#[inline]
+pub fn edge_term(a: DVec3, edge: DVec3) -> DVec3 {
+    let normal = edge.cross(a);
+    let sine = normal.length();
+    if sine > 0.0 { normal * (0.5 * sine.atan2(a.dot(a + edge)) / sine) } else { DVec3::ZERO }
+}
+
+/// Light vector at the origin of the polygon with corners `base + relative[i]`, radiance 1, counter-clockwise seen from
+/// the origin (then it points to the polygon; for the other sense it is the opposite).
+#[must_use]
+pub fn light_vector(base: DVec3, relative: &[DVec3]) -> DVec3 {
+    edges(relative).map(|(a, b)| edge_term(base + a, b - a)).sum()
+}
+
+/// Irradiance from the polygon on a surface at the origin of unit `normal`, as for [`light_vector`]; only what lies above
+/// the horizon counts.
+#[must_use]
+pub fn irradiance(base: DVec3, relative: &[DVec3], normal: DVec3) -> f64 {
+    light_vector(base, &clip(base, relative, normal)).dot(normal)
+}
+
+/// The part of a convex polygon `base + relative[i]` where `normal · v ≥ 0`, corners relative to `base` again; empty where
+/// it has no inside.
+#[must_use]
+pub fn clip(base: DVec3, relative: &[DVec3], normal: DVec3) -> Corners {
+    let offset = normal.dot(base);
+    let height = |r: DVec3| offset + normal.dot(r);
+    let mut kept = Corners::new();
+    for (a, b) in edges(relative) {
+        let (ha, hb) = (height(a), height(b));
+        if ha >= 0.0 {
+            kept.push(a);
+        }
+        if (ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0) {
+            kept.push(a + (b - a) * (ha / (ha - hb)));
+        }
+    }
+    kept
+}
+
+/// Consecutive pairs of corners, the last with the first.
+pub fn edges(corners: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> {
+    corners.iter().copied().zip(corners.iter().copied().cycle().skip(1))
+}

@@ -1,0 +1,33 @@
+//! What steers refinement.
+
+/// How the next leaf to split is chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Priority {
+    /// By expected drop of image error a ray.
+    #[default]
+    Error,
+    /// At random among those that the thresholds ask for, as the paper does [FP03 §4.1.3].
+    Random,
+}
+
+impl Priority {
+    /// All choices with the names that options use.
+    pub const NAMES: [(&'static str, Self); 2] = [("error", Self::Error), ("random", Self::Random)];
+}
+
+/// Thresholds and choices of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Options {
+    /// Seed of all random choices.
+    pub seed: u64,
+    /// How the next leaf to split is chosen.
+    pub priority: Priority,
+    /// A leaf that covers no more pixels is not split.
+    pub min_pixels: f32,
+    /// Michelson contrast along an edge that counts as a perceptible discontinuity (`Priority::Random`).
+    pub contrast: f32,
+    /// Size of the smallest shadow that must not be missed, scene units.
+    pub shadow_size: f32,
+    /// Error of a pixel, relative to the image's mean, below which refinement stops.
+    pub tolerance: f32,
+}

@@ -1,0 +1,215 @@
+//! What a task is worth: expected drop of the image's square error a ray (method 5).
+
+use super::options::{Options, Priority};
+use crate::cache::dynamic::{Cache, SlotId};
+use crate::cache::topology::{MAX_LEVEL, NodeId};
+use crate::cache::vertex::VertexId;
+use crate::math::{combine, luminance};
+use crate::scene::{FaceId, Scene};
+use glam::Vec3;
+
+/// Mean reflectances of each material, as luminances: how much of D and S a pixel shows.
+#[derive(Clone, Debug)]
+pub struct Reflectances {
+    by_material: Vec<[f32; 2]>,
+}
+
+impl Reflectances {
+    /// Means over the textures.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let of = |m: &crate::scene::material::Material| {
+            let texture = m.map_kd.map_or(Vec3::ONE, |t| scene.textures[t.0 as usize].mean());
+            [luminance(m.kd * texture), luminance(m.ks)]
+        };
+        Self { by_material: scene.materials.iter().map(of).collect() }
+    }
+
+    /// Luminance shown at a slot on a face.
+    #[must_use]
+    pub fn shown(&self, scene: &Scene, face: FaceId, cache: &Cache, slot: SlotId) -> f32 {
+        let [kd, ks] = self.of_face(scene, face);
+        let record = &cache.slots[slot.0];
+        kd * luminance(record.diffuse) + ks * luminance(record.specular)
+    }
+
+    fn of_face(&self, scene: &Scene, face: FaceId) -> [f32; 2] {
+        self.by_material[scene.triangle_materials[face.triangle().0 as usize].0 as usize]
+    }
+
+    /// Square of the share of D's noise that a face shows.
+    #[must_use]
+    pub fn noise_gain(&self, scene: &Scene, face: FaceId) -> f32 {
+        self.of_face(scene, face)[0].powi(2)
+    }
+}
+
+/// Everything that keys are computed from.
+#[derive(Clone, Copy)]
+pub struct Judge<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The cache.
+    pub cache: &'a Cache,
+    /// Reflectances.
+    pub reflectances: &'a Reflectances,
+    /// Options of the run.
+    pub options: &'a Options,
+    /// Mean luminance of the image, below a share of which nothing shows.
+    pub mean: f32,
+}
+
+/// Weight of an edge's contrast against measured surplus: discontinuities not seen yet. [L 2.2]
+const CONTRAST_WEIGHT: f32 = 0.02;
+/// Mean square error of linear interpolation for a unit sum of squared surpluses and their products. [L 2.2]
+const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
+/// A child's square error against its parent's, where light is smooth.
+const CHILD: f32 = 1.0 / 16.0;
+/// Rays that a new vertex costs, evaluation included.
+const VERTEX_COST: f32 = 8.0;
+
+/// A leaf's light at a glance.
+#[derive(Clone, Copy, Debug)]
+pub struct LeafLight {
+    /// Mean shown luminance of the corners.
+    pub mean: f32,
+    /// Largest difference of shown luminance along an edge.
+    pub step: f32,
+    /// Largest Michelson contrast along an edge; an edge with a covered end counts as one.
+    pub contrast: f32,
+    /// Mean square error expected from interpolation.
+    pub interpolation: f32,
+    /// Mean variance of noise over the leaf.
+    pub noise: f32,
+}
+
+impl Judge<'_> {
+    /// Shown luminance at the corners of a node, and which corners are covered.
+    fn corners(&self, node: NodeId) -> ([f32; 3], [bool; 3]) {
+        let node = &self.cache.topology.nodes[node.0];
+        let shown = |slot| self.reflectances.shown(self.scene, node.face, self.cache, slot);
+        let covered = |slot: SlotId| {
+            let vertex = self.cache.slots[slot.0].vertex;
+            self.cache.vertices[vertex.0].progress.covered
+        };
+        (node.corners.map(shown), node.corners.map(covered))
+    }
+
+    /// Judges a leaf.
+    #[must_use]
+    pub fn leaf(&self, id: NodeId) -> LeafLight {
+        let (shown, covered) = self.corners(id);
+        let node = &self.cache.topology.nodes[id.0];
+        let mean = shown.iter().sum::<f32>() / 3.0;
+        let (mut step, mut contrast) = (0.0_f32, 0.0_f32);
+        for i in 0..3 {
+            let (a, b) = (shown[i], shown[(i + 1) % 3]);
+            if covered[i] != covered[(i + 1) % 3] {
+                (step, contrast) = (step.max(mean), 1.0);
+            } else {
+                step = step.max((a - b).abs());
+                contrast = contrast.max(if a + b > 0.0 { (a - b).abs() / (a + b) } else { 0.0 });
+            }
+        }
+        let noise_gain = self.reflectances.noise_gain(self.scene, node.face);
+        let variance = node.corners.map(|slot| self.cache.slots[slot.0].variance).iter().sum::<f32>();
+        let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
+        let interpolation = node.work.surplus + SURPLUS_TO_MSE * CHILD * unseen;
+        LeafLight { mean, step, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+    }
+
+    /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles, less
+    /// what noise alone puts there.
+    #[must_use]
+    pub fn surplus(&self, id: NodeId, middles: [SlotId; 3]) -> f32 {
+        let (shown, covered) = self.corners(id);
+        let node = &self.cache.topology.nodes[id.0];
+        let gain = self.reflectances.noise_gain(self.scene, node.face);
+        let variance = |slot: SlotId| self.cache.slots[slot.0].variance;
+        let mean = shown.iter().sum::<f32>() / 3.0;
+        let mut noise = 0.0;
+        let d = [0, 1, 2].map(|i| {
+            let j = (i + 1) % 3;
+            let middle = self.reflectances.shown(self.scene, node.face, self.cache, middles[i]);
+            noise += gain * (variance(middles[i]) + (variance(node.corners[i]) + variance(node.corners[j])) * 0.25);
+            let vertex = self.cache.slots[middles[i].0].vertex;
+            let hidden = [covered[i], covered[j], self.cache.vertices[vertex.0].progress.covered];
+            if hidden.iter().any(|h| *h) && !hidden.iter().all(|h| *h) {
+                mean * 0.5
+            } else {
+                middle - (shown[i] + shown[j]) * 0.5
+            }
+        });
+        let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        let products = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+        SURPLUS_TO_MSE * (squares + products - noise).max(0.0)
+    }
+
+    /// Key of splitting a leaf; 0 if it is not worth it or not allowed.
+    #[must_use]
+    pub fn split_key(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        if node.level >= MAX_LEVEL || node.work.pixels <= self.options.min_pixels {
+            return 0.0;
+        }
+        let light = self.leaf(id);
+        if self.options.priority == Priority::Random {
+            let wanted = light.contrast > self.options.contrast || self.longest_edge(id) > self.options.shadow_size;
+            return if wanted { self.random(u64::from(id.0)) } else { 0.0 };
+        }
+        // Below the tolerance nothing shows; a leaf that might hide a small shadow stays in the queue all the same.
+        let unseen =
+            if self.longest_edge(id) > self.options.shadow_size { self.hidden_shadow(light.mean) } else { 0.0 };
+        let error = light.interpolation + unseen;
+        if error < (self.options.tolerance * self.mean).powi(2) {
+            return 0.0;
+        }
+        let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
+        node.work.pixels * error / (1.0 + VERTEX_COST * new as f32)
+    }
+
+    /// Square error that a shadow too small to have been seen would cause, times the odds of one.
+    fn hidden_shadow(&self, mean: f32) -> f32 {
+        (self.options.tolerance * 2.0 * self.mean).powi(2).max((0.01 * mean).powi(2) * 0.1)
+    }
+
+    /// Key of tracing what a vertex has put off, or of doubling its points, from the variance that goes.
+    #[must_use]
+    pub fn vertex_key(&self, id: VertexId, rays: f32) -> f32 {
+        if self.options.priority == Priority::Random {
+            return self.random(self.cache.vertices[id.0].key);
+        }
+        let mut gain = 0.0;
+        for slot in self.cache.slots_of(id) {
+            let variance = self.cache.slots[slot.0].variance;
+            for leaf in self.cache.leaves_of(slot) {
+                let node = &self.cache.topology.nodes[self.cache.leaves[leaf.0].node.0];
+                let share = node.work.pixels / (6.0 * node.drawn.len().max(1) as f32);
+                gain += share * variance * self.reflectances.noise_gain(self.scene, node.face);
+            }
+        }
+        let shows = self.cache.slots_of(id).any(|slot| self.noise_shows(slot));
+        if shows { gain * 0.5 / rays.max(1.0) } else { 0.0 }
+    }
+
+    fn noise_shows(&self, slot: SlotId) -> bool {
+        let record = &self.cache.slots[slot.0];
+        let floor = self.options.tolerance * luminance(record.diffuse).max(self.mean);
+        record.variance > floor * floor
+    }
+
+    fn longest_edge(&self, node: NodeId) -> f32 {
+        let [a, b, c] = self.cache.corner_positions(node);
+        a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a)).sqrt()
+    }
+
+    /// Whether corners that agree may speak for what lies between them.
+    #[must_use]
+    pub fn is_small(&self, node: NodeId) -> bool {
+        self.longest_edge(node) <= self.options.shadow_size
+    }
+
+    fn random(&self, what: u64) -> f32 {
+        (combine(self.options.seed, what) >> 40) as f32 / (1_u32 << 24) as f32 + f32::MIN_POSITIVE
+    }
+}

@@ -1,0 +1,194 @@
+//! What the GPU is told: slots written, patches to redraw, and when the triangles that they replace may be recycled.
+
+use super::engine::Engine;
+use super::update::{EngineStats, LeafId, Patch, Slot, Update};
+use crate::cache::dynamic::SlotId;
+use crate::cache::pool::Sparse;
+use crate::cache::topology::NodeId;
+use std::collections::VecDeque;
+
+/// What has been published and what is due.
+#[derive(Default)]
+pub struct Published {
+    /// Slots evaluated since the last update.
+    pub changed: Vec<SlotId>,
+    /// Nodes whose triangles are no longer right.
+    redraw: Vec<NodeId>,
+    /// Number of the last update.
+    sequence: u64,
+    batch: u32,
+    /// Triangles out of use, with the update that replaced them.
+    retired: VecDeque<(u64, LeafId)>,
+    /// Update that first drew each triangle.
+    born: Sparse<u64>,
+}
+
+/// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows what
+/// they know; beside a valid vertex it does not count.
+const COVERED_WEIGHT: f32 = 1e-4;
+
+impl Published {
+    /// Whether a triangle was drawn by update `sequence` or earlier.
+    #[must_use]
+    pub fn is_older(&self, leaf: LeafId, sequence: u64) -> bool {
+        let born = self.born.get(leaf.0);
+        born > 0 && born <= sequence
+    }
+}
+
+impl Engine {
+    /// Notes that a node's triangles must be drawn anew; a node that never was drawn is part of one that was.
+    pub(super) fn note_redraw(&mut self, node: NodeId) {
+        if !self.cache.topology.nodes[node.0].drawn.is_empty() {
+            self.published.redraw.push(node);
+        }
+    }
+
+    /// Gives a leaf its triangles.
+    pub(super) fn draw_node(&mut self, node: NodeId) {
+        let triangles = self.cache.triangulate(node);
+        let leaves: Vec<LeafId> = triangles.into_iter().map(|slots| self.cache.add_leaf(slots, node)).collect();
+        for leaf in &leaves {
+            *self.published.born.entry(leaf.0) = self.published.sequence + 1;
+        }
+        self.cache.topology.nodes[node.0].drawn = leaves;
+    }
+
+    /// The update that shows everything visible anew.
+    pub(super) fn full_update(&mut self, leaves: &[NodeId], slots: &[SlotId]) -> Update {
+        self.published.changed.clear();
+        self.published.sequence += 1;
+        let mut update = self.empty_update();
+        update.slots = slots.iter().map(|&s| (s, self.slot(s))).collect();
+        for &node in leaves {
+            let start = update.patch_leaves.len() as u32;
+            self.list(&mut update, node);
+            let end = update.patch_leaves.len() as u32;
+            let face = self.cache.topology.nodes[node.0].face;
+            update.patches.push(Patch { face, old: start..start, new: start..end });
+        }
+        update.stats = self.current_stats();
+        update
+    }
+
+    /// The update with everything that changed since the last.
+    pub(super) fn publish(&mut self) -> Update {
+        self.published.sequence += 1;
+        self.published.batch += 1;
+        let mut update = self.empty_update();
+        self.redraw_nodes(&mut update);
+        let mut slots = std::mem::take(&mut self.published.changed);
+        slots.sort_unstable();
+        slots.dedup();
+        if self.first_visits.is_empty() {
+            self.enqueue_vertices(&slots);
+        }
+        self.value_patches(&mut update, &slots);
+        update.slots = slots.iter().map(|&s| (s, self.slot(s))).collect();
+        if cfg!(debug_assertions) {
+            self.cache.validate();
+        }
+        update.stats = self.current_stats();
+        update
+    }
+
+    /// Replaces the triangles of nodes that were split or whose edges changed.
+    fn redraw_nodes(&mut self, update: &mut Update) {
+        let mut nodes = std::mem::take(&mut self.published.redraw);
+        nodes.sort_unstable();
+        nodes.dedup();
+        let mut fresh = Vec::new();
+        for node in nodes {
+            let old = std::mem::take(&mut self.cache.topology.nodes[node.0].drawn);
+            let mut leaves = Vec::new();
+            self.cache.topology.leaves(node, &mut leaves);
+            for &leaf in &old {
+                self.cache.retire_leaf(leaf);
+                self.published.retired.push_back((self.published.sequence, leaf));
+            }
+            let start = update.patch_leaves.len() as u32;
+            update.patch_leaves.extend(old);
+            let middle = update.patch_leaves.len() as u32;
+            for leaf in leaves {
+                self.draw_node(leaf);
+                self.list(update, leaf);
+                let drawn = &self.cache.topology.nodes[leaf.0].drawn;
+                fresh.extend(drawn.iter().flat_map(|l| self.cache.leaves[l.0].leaf.slots));
+            }
+            let end = update.patch_leaves.len() as u32;
+            let record = &self.cache.topology.nodes[node.0];
+            if record.work.generation == self.generation {
+                update.patches.push(Patch { face: record.face, old: start..middle, new: middle..end });
+            }
+        }
+        // Looks at a midpoint that only a neighbour had needed so far.
+        fresh.retain(|slot| !self.cache.slots[slot.0].known);
+        fresh.sort_unstable();
+        fresh.dedup();
+        self.evaluate(&fresh);
+    }
+
+    /// Lists a leaf's triangles with their definitions.
+    fn list(&self, update: &mut Update, node: NodeId) {
+        for &leaf in &self.cache.topology.nodes[node.0].drawn {
+            update.leaves.push((leaf, self.cache.leaves[leaf.0].leaf));
+            update.patch_leaves.push(leaf);
+        }
+    }
+
+    /// Patches of triangles whose values alone changed.
+    fn value_patches(&mut self, update: &mut Update, slots: &[SlotId]) {
+        for &slot in slots {
+            let leaves: Vec<LeafId> = self.cache.leaves_of(slot).collect();
+            for leaf in leaves {
+                let record = &mut self.cache.leaves[leaf.0];
+                let node = &self.cache.topology.nodes[record.node.0];
+                let visible = node.work.generation == self.generation;
+                let is_new = self.published.born.get(leaf.0) == self.published.sequence;
+                let seen = std::mem::replace(&mut record.batch, self.published.batch) == self.published.batch;
+                if visible && !is_new && !seen {
+                    let i = update.patch_leaves.len() as u32;
+                    update.patch_leaves.push(leaf);
+                    update.patches.push(Patch { face: node.face, old: i..i + 1, new: i..i + 1 });
+                }
+            }
+        }
+    }
+
+    /// Gives back the triangles that update `sequence` or an earlier one has replaced on the GPU.
+    pub(super) fn recycle(&mut self, sequence: u64) {
+        while let Some(&(replaced, leaf)) = self.published.retired.front() {
+            if replaced > sequence {
+                break;
+            }
+            self.published.retired.pop_front();
+            *self.published.born.entry(leaf.0) = 0;
+            self.cache.leaves.remove(leaf.0);
+        }
+    }
+
+    fn empty_update(&self) -> Update {
+        Update { generation: self.generation, sequence: self.published.sequence, ..Update::default() }
+    }
+
+    fn slot(&self, slot: SlotId) -> Slot {
+        let record = &self.cache.slots[slot.0];
+        let vertex = &self.cache.vertices[record.vertex.0];
+        let weight = match (record.known, vertex.progress.covered) {
+            (false, _) => 0.0,
+            (true, false) => 1.0,
+            (true, true) => COVERED_WEIGHT,
+        };
+        Slot { position: vertex.position, weight, diffuse: record.diffuse, specular: record.specular }
+    }
+
+    fn current_stats(&mut self) -> EngineStats {
+        self.stats.cpu_seconds = self.workers.cpu_seconds();
+        self.stats.triangles = self.cache.leaves.live() as u64 - self.published.retired.len() as u64;
+        self.stats.cache_bytes = self.cache.bytes() as u64;
+        self.stats.complete = self.first_visits.is_empty();
+        self.stats.estimated_error = if self.stats.complete { self.image.relative() } else { None };
+        self.stats.converged = self.is_idle();
+        self.stats
+    }
+}

@@ -1,0 +1,304 @@
+//! A batch of refinement: base vertices first, then the tasks that pay most.
+
+use super::engine::Engine;
+use super::queue::Task;
+use crate::cache::dynamic::SlotId;
+use crate::cache::layer::Origin;
+use crate::cache::topology::NodeId;
+use crate::cache::vertex::VertexId;
+use crate::estimate::direct::{self, Job, Wanted};
+use crate::estimate::world::World;
+use rustc_hash::FxHashSet;
+
+/// Base vertices a run: enough to be worth handing out, few enough to keep the frame loop served.
+const VISITS_A_RUN: usize = 512;
+/// Tasks a run: few, so that each is chosen knowing what the ones before found.
+const TASKS_A_RUN: usize = 64;
+/// A task whose key has fallen below this share of what it was queued with goes back into the queue.
+const STALE: f32 = 0.8;
+/// Rounds in which contradicted inferences are traced.
+const CONFIRM_ROUNDS: usize = 64;
+
+/// A leaf split in this batch.
+struct Fresh {
+    node: NodeId,
+    first: NodeId,
+    middles: [SlotId; 3],
+}
+
+impl Engine {
+    /// Visits the next base vertices; when the last is done, everything visible is queued for refinement.
+    pub(super) fn visit_base_vertices(&mut self) -> bool {
+        let count = self.first_visits.len().min(VISITS_A_RUN);
+        let vertices: Vec<VertexId> = self.first_visits.drain(..count).collect();
+        let jobs: Vec<Job> = vertices.iter().map(|&vertex| Job { vertex, wanted: Wanted::Strongest }).collect();
+        self.run(&jobs);
+        let slots = self.slots_of_all(&vertices);
+        self.evaluate(&slots);
+        let nodes = self.nodes_around(&slots);
+        nodes.iter().for_each(|&node| self.account(node));
+        if self.first_visits.is_empty() {
+            let leaves = self.all_visible_leaves();
+            self.enqueue_leaves(&leaves);
+        }
+        true
+    }
+
+    /// Does the tasks that pay most; `false` if nothing is left.
+    pub(super) fn refine(&mut self) -> bool {
+        let (mut splits, mut jobs) = (Vec::new(), Vec::new());
+        while splits.len() + jobs.len() < TASKS_A_RUN {
+            let Some(entry) = self.queue.pop() else { break };
+            let Some(key) = self.current_key(entry.task, entry.version) else { continue };
+            if key < entry.key * STALE {
+                self.queue.push(key, entry.task, entry.version);
+                continue;
+            }
+            match entry.task {
+                Task::Split(node) => splits.push(node),
+                Task::Settle(vertex) => jobs.push(Job { vertex, wanted: Wanted::Settle }),
+                Task::Double(vertex) => jobs.push(Job { vertex, wanted: Wanted::Double }),
+            }
+        }
+        if splits.is_empty() && jobs.is_empty() {
+            return false;
+        }
+        let mut fresh = Vec::new();
+        for node in splits {
+            self.split(node, &mut fresh, &mut jobs);
+        }
+        self.run(&jobs);
+        let mut changed: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
+        changed.sort_unstable();
+        changed.dedup();
+        let mut slots = self.slots_of_all(&changed);
+        slots.extend(fresh.iter().flat_map(|f| f.middles).filter(|s| !self.cache.slots[s.0].known));
+        slots.sort_unstable();
+        slots.dedup();
+        self.evaluate(&slots);
+        self.confirm(&fresh, &mut slots);
+        self.settle_accounts(&fresh, &slots);
+        true
+    }
+
+    /// What a queued task is worth now; `None` if it is void.
+    fn current_key(&self, task: Task, version: u32) -> Option<f32> {
+        match task {
+            Task::Split(id) => {
+                let node = &self.cache.topology.nodes[id.0];
+                (node.child.is_none() && node.work.version == version).then(|| self.judge().split_key(id))
+            }
+            Task::Settle(id) | Task::Double(id) => {
+                let current = self.cache.vertices[id.0].progress.version == version;
+                current.then(|| self.judge().vertex_key(id, self.rays_of(task)))
+            }
+        }
+    }
+
+    /// Splits a leaf, coarser neighbours before it, and lists the first visits of its new vertices.
+    fn split(&mut self, id: NodeId, fresh: &mut Vec<Fresh>, jobs: &mut Vec<Job>) {
+        if self.cache.topology.nodes[id.0].child.is_some() {
+            return;
+        }
+        for neighbour in self.cache.topology.coarser_neighbours(id) {
+            self.split(neighbour, fresh, jobs);
+        }
+        let small = self.judge().is_small(id);
+        let split = self.cache.split(id);
+        for slot in split.middles {
+            let vertex = self.cache.slots[slot.0].vertex;
+            let progress = &mut self.cache.vertices[vertex.0].progress;
+            if !std::mem::replace(&mut progress.visited, true) {
+                jobs.push(Job { vertex, wanted: Wanted::Midpoint { node: id, small } });
+            }
+        }
+        self.note_redraw(id);
+        for edge in self.cache.topology.nodes[id.0].edges {
+            let beside: Vec<NodeId> = self.cache.topology.beside(edge).collect();
+            for node in beside {
+                self.note_redraw(node);
+            }
+        }
+        fresh.push(Fresh { node: id, first: split.first, middles: split.middles });
+    }
+
+    /// Traces jobs on all workers, then writes their results in order.
+    fn run(&mut self, jobs: &[Job]) {
+        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
+        let cache = &self.cache;
+        let results = self.workers.map_chunks(jobs, |chunk| {
+            let mut results = direct::Results::default();
+            chunk.iter().for_each(|&job| direct::visit(&world, cache, job, &mut results));
+            results
+        });
+        for result in &results {
+            direct::apply(&mut self.cache, result);
+            self.stats.rays += result.rays;
+        }
+        for job in jobs {
+            let first = matches!(job.wanted, Wanted::Strongest | Wanted::Midpoint { .. });
+            self.stats.vertices += u64::from(first);
+            let progress = &mut self.cache.vertices[job.vertex.0].progress;
+            progress.visited = true;
+            progress.version += 1;
+        }
+    }
+
+    /// Traces what was inferred where a neighbour in a new leaf says otherwise: a light's mesh may only stay coarse where
+    /// it shows no discontinuity.
+    fn confirm(&mut self, fresh: &[Fresh], slots: &mut Vec<SlotId>) {
+        let mut nodes: Vec<NodeId> = fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))).collect();
+        nodes.extend(self.nodes_around(slots));
+        for _ in 0..CONFIRM_ROUNDS {
+            let jobs = self.contradictions(&nodes);
+            if jobs.is_empty() {
+                return;
+            }
+            self.run(&jobs);
+            let mut vertices: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
+            vertices.sort_unstable();
+            vertices.dedup();
+            let changed = self.slots_of_all(&vertices);
+            self.evaluate(&changed);
+            nodes.extend(self.nodes_around(&changed));
+            slots.extend(changed);
+        }
+    }
+
+    /// Values inferred or hardly traced, at corners of nodes whose other corners disagree with them.
+    fn contradictions(&self, nodes: &[NodeId]) -> Vec<Job> {
+        let mut found = FxHashSet::default();
+        let mut jobs = Vec::new();
+        for &node in nodes {
+            if self.cache.topology.nodes[node.0].child.is_some() {
+                continue;
+            }
+            let corners = self.cache.corner_vertices(node);
+            for (light, layer) in (0_u32..).zip(&self.cache.layers) {
+                let known = corners.map(|v| layer.visibility.get(v.0));
+                let agree = known.iter().all(|k| k.fraction() == known[0].fraction());
+                if agree {
+                    continue;
+                }
+                for (vertex, known) in corners.into_iter().zip(known) {
+                    if known.origin == Origin::Inferred
+                        && self.can_light(vertex, light)
+                        && found.insert((vertex, light))
+                    {
+                        jobs.push(Job { vertex, wanted: Wanted::Confirm { light } });
+                    }
+                }
+            }
+        }
+        jobs
+    }
+
+    /// Whether a light can reach any normal of a vertex at all.
+    fn can_light(&self, vertex: VertexId, light: u32) -> bool {
+        let position = self.cache.vertices[vertex.0].position;
+        let source = &self.lights.sources[light as usize];
+        self.cache.slots_of(vertex).any(|slot| source.bound(position, self.cache.slots[slot.0].normal) > 0.0)
+    }
+
+    /// Surpluses of the split leaves, shares of their children, and new keys for everything around what changed.
+    fn settle_accounts(&mut self, fresh: &[Fresh], slots: &[SlotId]) {
+        for f in fresh {
+            let surplus = self.judge().surplus(f.node, f.middles);
+            let parent = self.cache.topology.nodes[f.node.0].work;
+            for i in 0..4 {
+                let work = &mut self.cache.topology.nodes[f.first.0 + i].work;
+                work.pixels = parent.pixels * 0.25;
+                work.generation = parent.generation;
+                work.surplus = surplus / 16.0;
+            }
+            let node = &mut self.cache.topology.nodes[f.node.0];
+            self.image.replace(&mut node.work, None);
+        }
+        let mut nodes = self.nodes_around(slots);
+        nodes.extend(fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))));
+        nodes.sort_unstable();
+        nodes.dedup();
+        for node in nodes {
+            if self.cache.topology.nodes[node.0].child.is_none() {
+                self.account(node);
+                self.enqueue_split(node);
+            }
+        }
+    }
+
+    /// Queues what is left to trace at the vertices of slots, whose triangles are drawn.
+    pub(super) fn enqueue_vertices(&mut self, slots: &[SlotId]) {
+        let mut vertices: Vec<VertexId> = slots.iter().map(|s| self.cache.slots[s.0].vertex).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.into_iter().for_each(|v| self.enqueue_vertex(v));
+    }
+
+    /// Brings a leaf's share of the image's error up to date.
+    pub(super) fn account(&mut self, id: NodeId) {
+        let visible = self.cache.topology.nodes[id.0].work.generation == self.generation;
+        let light = visible.then(|| self.judge().leaf(id));
+        let work = &mut self.cache.topology.nodes[id.0].work;
+        self.image.replace(work, light);
+    }
+
+    /// Queues everything that the visible leaves leave to do.
+    pub(super) fn enqueue_leaves(&mut self, leaves: &[NodeId]) {
+        for &leaf in leaves {
+            self.account(leaf);
+            self.enqueue_split(leaf);
+        }
+        let corners: Vec<SlotId> = leaves.iter().flat_map(|l| self.cache.topology.nodes[l.0].corners).collect();
+        self.enqueue_vertices(&corners);
+    }
+
+    /// Queues a leaf by its present key.
+    pub(super) fn enqueue_split(&mut self, id: NodeId) {
+        let work = &mut self.cache.topology.nodes[id.0].work;
+        work.version += 1;
+        let (version, visible) = (work.version, work.generation == self.generation);
+        if visible {
+            let key = self.judge().split_key(id);
+            self.queue.push(key, Task::Split(id), version);
+        }
+    }
+
+    /// Queues what is left to trace at a vertex.
+    fn enqueue_vertex(&mut self, id: VertexId) {
+        let version = self.cache.vertices[id.0].progress.version;
+        for task in [Task::Settle(id), Task::Double(id)] {
+            let rays = self.rays_of(task);
+            if rays > 0.0 {
+                let key = self.judge().vertex_key(id, rays);
+                self.queue.push(key, task, version);
+            }
+        }
+    }
+
+    /// Rays that a vertex's task would take.
+    fn rays_of(&self, task: Task) -> f32 {
+        let sources = self.lights.sources.iter();
+        let known = |v: VertexId| sources.zip(&self.cache.layers).map(move |(s, l)| (s, l.visibility.get(v.0)));
+        let rays: u32 = match task {
+            Task::Split(_) => 0,
+            // One ray for a delta light, four for an area light: two is near enough for a key.
+            Task::Settle(v) => known(v).map(|(_, k)| if k.origin == Origin::Deferred { 2 } else { 0 }).sum(),
+            Task::Double(v) => known(v).map(|(s, k)| if direct::is_doubled(s, k) { k.points } else { 0 }).sum(),
+        };
+        rays as f32
+    }
+
+    fn slots_of_all(&self, vertices: &[VertexId]) -> Vec<SlotId> {
+        vertices.iter().flat_map(|&v| self.cache.slots_of(v)).collect()
+    }
+
+    /// Leaves that are drawn with any of the slots.
+    pub(super) fn nodes_around(&self, slots: &[SlotId]) -> Vec<NodeId> {
+        let leaves = slots.iter().flat_map(|&s| self.cache.leaves_of(s));
+        let mut nodes: Vec<NodeId> = leaves.map(|l| self.cache.leaves[l.0].node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.retain(|n| self.cache.topology.nodes[n.0].child.is_none());
+        nodes
+    }
+}

@@ -1,0 +1,276 @@
+//! Area lights: connected emissive components, their unoccluded irradiance in closed form.
+
+use super::area_sampler::{Cluster, Sampler};
+use super::facets::{Facet, Facets, Outlines};
+use super::lights::Arrival;
+use crate::math::luminance;
+use crate::math::polygon::{edge_term, edges};
+use crate::scene::{EmissionSide, FaceId, Scene, TriangleId};
+use glam::{DVec3, Vec2, Vec3};
+use smallvec::SmallVec;
+
+/// An emissive component, prepared.
+#[derive(Clone, Debug)]
+pub struct AreaSource {
+    outlines: Outlines,
+    /// Triangles to sample: the scene's own where a texture needs them, else those of the merged polygons.
+    pub(super) facets: Facets,
+    /// Groups of facets by place and direction, only where there are too many facets to weigh each.
+    pub(super) clusters: Vec<Cluster>,
+    pub(super) both_sides: bool,
+    /// Area-mean radiance.
+    radiance: Vec3,
+    textured: bool,
+    /// Luminance of the untextured emission, an upper bound since texels are ≤ 1.
+    peak: f32,
+    centre: Vec3,
+    radius: f32,
+}
+
+/// Triangles facing a point above which light is sampled only: a closed form pays for every outline.
+const MAX_CLOSED_TRIANGLES: usize = 64;
+
+impl AreaSource {
+    /// Prepares a component.
+    #[must_use]
+    pub fn new(scene: &Scene, triangles: &[TriangleId]) -> Self {
+        let own: Vec<Facet> = triangles.iter().filter_map(|&t| Facet::of_scene(scene, t)).collect();
+        let outlines = Outlines::new(scene, &own);
+        let first = triangles.first().map(|&t| scene.material(t));
+        let radiance = mean_radiance(scene, &own);
+        let textured = first.is_some_and(|m| m.map_ke.is_some());
+        let mut facets = if textured { own } else { outlines.fans(triangles).collect() };
+        let clusters = Cluster::build(&mut facets);
+        let corners = || triangles.iter().flat_map(|&t| scene.corners(t));
+        let lo = corners().fold(Vec3::INFINITY, Vec3::min);
+        let hi = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
+        Self {
+            outlines,
+            facets: Facets::new(facets),
+            clusters,
+            both_sides: scene.emission_side == EmissionSide::Both,
+            radiance,
+            textured,
+            peak: first.map_or(0.0, |m| luminance(m.ke)),
+            centre: (lo + hi) * 0.5,
+            radius: (hi - lo).length() * 0.5,
+        }
+    }
+
+    /// Area-mean radiance, W·sr⁻¹·m⁻².
+    #[must_use]
+    pub const fn mean_radiance(&self) -> Vec3 {
+        self.radiance
+    }
+
+    /// Whether [`Self::closed_form`] answers wherever it is asked.
+    #[must_use]
+    pub fn has_closed_form(&self) -> bool {
+        self.facets.list.len() <= MAX_CLOSED_TRIANGLES
+    }
+
+    /// Prepares sampling from `x`.
+    #[must_use]
+    pub fn at(&self, x: Vec3) -> Sampler<'_> {
+        Sampler::new(self, x)
+    }
+
+    /// The light that arrives at `x` from the point of the source chosen by `u` ∈ [0, 1)² in proportion to area; `None`
+    /// where that point faces away. [`Sampler::sample`] has far less variance.
+    #[must_use]
+    pub fn sample(&self, scene: &Scene, x: Vec3, u: [f32; 2]) -> Option<Arrival> {
+        let (facet, [s, t]) = self.facets.pick(0..self.facets.list.len(), u.map(f64::from))?;
+        self.arrival(scene, facet, x.as_dvec3(), [s, t], self.facets.area)
+    }
+
+    /// Light from a point of a facet as if `area` were there.
+    pub(super) fn arrival(&self, scene: &Scene, facet: &Facet, x: DVec3, at: [f64; 2], area: f64) -> Option<Arrival> {
+        let offset = facet.corner - x + facet.edges[0] * at[0] + facet.edges[1] * at[1];
+        let squared = offset.length_squared();
+        let cosine = -facet.normal.dot(offset) / squared.sqrt();
+        let faces = cosine > 0.0 || (cosine < 0.0 && self.both_sides);
+        (faces && squared > 0.0).then(|| self.seen(scene, facet, offset, at, cosine.abs() * area / squared))
+    }
+
+    /// Light from the point `offset` away, whose solid angle stands for `measure`.
+    pub(super) fn seen(&self, scene: &Scene, facet: &Facet, offset: DVec3, at: [f64; 2], measure: f64) -> Arrival {
+        let mean_facing = self.radiance * measure as f32;
+        let facing = if self.textured {
+            let back = facet.normal.dot(offset) > 0.0;
+            scene.emitted_at(FaceId::new(facet.id, back), at[0] as f32, at[1] as f32) * measure as f32
+        } else {
+            mean_facing
+        };
+        let distance = offset.length();
+        Arrival { direction: (offset / distance).as_vec3(), distance: distance as f32, facing, mean_facing }
+    }
+
+    /// The unoccluded light at `x` in closed form; `None` where more triangles than 64 face `x`: then sample. Zero in the
+    /// plane of the source and behind it.
+    #[must_use]
+    pub fn closed_form(&self, x: Vec3) -> Option<ClosedForm<'_>> {
+        let x = x.as_dvec3();
+        let mut form = ClosedForm { radiance: self.radiance, polygons: SmallVec::new(), terms: SmallVec::new() };
+        let mut triangles = 0;
+        for polygon in &self.outlines.polygons {
+            let base = polygon.base - x;
+            let height = -polygon.normal.dot(base);
+            if height == 0.0 || (height < 0.0 && !self.both_sides) {
+                continue;
+            }
+            triangles += polygon.corners.len() - 2;
+            if triangles > MAX_CLOSED_TRIANGLES {
+                return None;
+            }
+            form.push(base, &self.outlines.corners[polygon.corners.clone()], height.signum());
+        }
+        Some(form)
+    }
+
+    /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`; 0 only where no
+    /// light can arrive.
+    pub(super) fn bound(&self, x: Vec3, normal: Vec3) -> f32 {
+        let offset = self.centre - x;
+        if offset.dot(normal) < -self.radius {
+            return 0.0;
+        }
+        let nearest = (offset.length() - self.radius).max(0.0);
+        // E ≤ L π, and E ≤ L A / d² with the nearest distance.
+        let area = self.facets.area as f32;
+        self.peak * std::f32::consts::PI.min(area / (nearest * nearest).max(f32::MIN_POSITIVE))
+    }
+}
+
+/// Area-mean of what [`Scene::emitted_at`] returns on the fronts of the facets: a regular grid in each, as fine as its
+/// texels.
+fn mean_radiance(scene: &Scene, facets: &[Facet]) -> Vec3 {
+    let (mut sum, mut area) = (DVec3::ZERO, 0.0);
+    for facet in facets {
+        let n = texels_across(scene, facet.id);
+        let emitted = |u: f64, v: f64| {
+            scene.emitted_at(FaceId::new(facet.id, false), (u / n as f64) as f32, (v / n as f64) as f32).as_dvec3()
+        };
+        let mut inside = DVec3::ZERO;
+        for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
+            let (u, v) = (i as f64, j as f64);
+            // The centres of the small triangles of one cell, the second missing on the diagonal.
+            inside += emitted(u + 1.0 / 3.0, v + 1.0 / 3.0);
+            if i + j + 1 < n {
+                inside += emitted(u + 2.0 / 3.0, v + 2.0 / 3.0);
+            }
+        }
+        sum += inside * (facet.area / (n * n) as f64);
+        area += facet.area;
+    }
+    if area > 0.0 { (sum / area).as_vec3() } else { Vec3::ZERO }
+}
+
+/// Subdivisions of a triangle's edges for about two samples a texel, 1 without a texture.
+fn texels_across(scene: &Scene, id: TriangleId) -> usize {
+    let Some(map) = scene.material(id).map_ke else { return 1 };
+    let [width, height] = scene.textures[map.0 as usize].extents()[0];
+    let size = Vec2::new(width as f32, height as f32);
+    let [a, b, c] = scene.uvs[id.0 as usize].map(|uv| uv * size);
+    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+    (2.0 * longest).clamp(8.0, 1024.0) as usize
+}
+
+/// The unoccluded light of an area source at a point, for any normal there.
+#[derive(Clone, Debug)]
+pub struct ClosedForm<'a> {
+    radiance: Vec3,
+    polygons: SmallVec<[Seen<'a>; 4]>,
+    /// Terms of the edges of all polygons (unit radiance), in order.
+    terms: SmallVec<[DVec3; 24]>,
+}
+
+/// A polygon that faces the point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Seen<'a> {
+    /// From the point to the first corner.
+    pub base: DVec3,
+    /// All corners relative to the first.
+    pub corners: &'a [DVec3],
+    /// 1 where the front is seen, −1 for the back.
+    pub sign: f64,
+    vector: DVec3,
+}
+
+impl<'a> ClosedForm<'a> {
+    fn push(&mut self, base: DVec3, corners: &'a [DVec3], sign: f64) {
+        let first = self.terms.len();
+        self.terms.extend(edges(corners).map(|(a, b)| edge_term(base + a, b - a) * sign));
+        let vector = self.terms[first..].iter().sum();
+        self.polygons.push(Seen { base, corners, sign, vector });
+    }
+
+    /// Area-mean radiance of the source, W·sr⁻¹·m⁻².
+    #[must_use]
+    pub const fn mean_radiance(&self) -> Vec3 {
+        self.radiance
+    }
+
+    /// The light vector of the whole source, not clipped to any horizon, for its mean radiance's luminance, W·m⁻².
+    #[must_use]
+    pub fn vector(&self) -> Vec3 {
+        let sum: DVec3 = self.polygons.iter().map(|p| p.vector).sum();
+        (sum * f64::from(luminance(self.radiance))).as_vec3()
+    }
+
+    /// Irradiance on a surface of unit `normal` from what lies above its horizon, W·m⁻².
+    #[must_use]
+    pub fn irradiance(&self, normal: Vec3) -> Vec3 {
+        let normal = normal.as_dvec3();
+        let mut terms = &self.terms[..];
+        let mut sum = 0.0;
+        for polygon in &self.polygons {
+            let (own, rest) = terms.split_at(polygon.corners.len());
+            sum += polygon.irradiance(own, normal);
+            terms = rest;
+        }
+        self.radiance * sum as f32
+    }
+
+    pub(super) fn polygons(&self) -> &[Seen<'a>] {
+        &self.polygons
+    }
+}
+
+impl Seen<'_> {
+    /// Irradiance for radiance 1; `terms` are those of the whole edges, reused for edges above the horizon.
+    fn irradiance(&self, terms: &[DVec3], normal: DVec3) -> f64 {
+        let offset = normal.dot(self.base);
+        let height = |r: DVec3| offset + normal.dot(r);
+        let (lowest, highest) = self
+            .corners
+            .iter()
+            .map(|&r| height(r))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), h| (lo.min(h), hi.max(h)));
+        if highest <= 0.0 {
+            return 0.0;
+        }
+        if lowest >= 0.0 {
+            return self.vector.dot(normal).max(0.0);
+        }
+        let (mut sum, mut setting, mut rising) = (0.0, DVec3::ZERO, DVec3::ZERO);
+        let term = |a: DVec3, b: DVec3| (edge_term(self.base + a, b - a) * self.sign).dot(normal);
+        for ((a, b), whole) in edges(self.corners).zip(terms) {
+            let (ha, hb) = (height(a), height(b));
+            let crossing = a + (b - a) * (ha / (ha - hb));
+            match (ha >= 0.0, hb >= 0.0) {
+                (true, true) => sum += whole.dot(normal),
+                (true, false) => {
+                    setting = crossing;
+                    sum += term(a, setting);
+                }
+                (false, true) => {
+                    rising = crossing;
+                    sum += term(rising, b);
+                }
+                (false, false) => {}
+            }
+        }
+        // The polygon is convex: one edge along the horizon closes what is left of it.
+        (sum + term(setting, rising)).max(0.0)
+    }
+}

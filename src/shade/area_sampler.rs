@@ -1,0 +1,173 @@
+//! Points of an area light as seen from one place: uniform in the solid angle of its triangles, so that no sample outshines
+//! the light; by groups of triangles where there are too many to look at each.
+
+use super::area::AreaSource;
+use super::facets::{Facet, uniform_barycentrics};
+use super::lights::Arrival;
+use crate::math::spherical_triangle::{barycentrics, direction, solid_angle};
+use crate::scene::Scene;
+use glam::{DVec3, Vec3};
+use smallvec::SmallVec;
+use std::ops::Range;
+
+/// Facets up to which the solid angle of each is computed (a closed surface shows half of them).
+const MAX_FACETS: usize = 128;
+/// Largest number of groups.
+const CLUSTERS: usize = 64;
+
+/// Neighbouring facets, weighed together.
+#[derive(Clone, Debug)]
+pub struct Cluster {
+    /// In the source's facets.
+    facets: Range<usize>,
+    area: f64,
+    centre: DVec3,
+    radius: f64,
+    /// Axis and half angle of the cone of the normals.
+    axis: DVec3,
+    spread: f64,
+}
+
+/// Sampling of a source from one point.
+#[derive(Clone, Debug)]
+pub struct Sampler<'a> {
+    source: &'a AreaSource,
+    x: DVec3,
+    /// Facets with their solid angles, or clusters with their bounds, as running sums.
+    choices: SmallVec<[Choice; 8]>,
+    total: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Choice {
+    index: usize,
+    weight: f64,
+    /// Sum of the weights up to this one.
+    until: f64,
+}
+
+impl Cluster {
+    /// Groups facets, bringing those of a group together; none where each can be looked at.
+    #[must_use]
+    pub fn build(facets: &mut [Facet]) -> Vec<Self> {
+        let mut clusters = Vec::new();
+        if facets.len() > MAX_FACETS {
+            split(facets, 0, CLUSTERS, &mut clusters);
+        }
+        clusters
+    }
+
+    fn new(facets: &[Facet], first: usize) -> Self {
+        let corners = || facets.iter().flat_map(|f| [f.corner, f.corner + f.edges[0], f.corner + f.edges[1]]);
+        let lo = corners().fold(DVec3::INFINITY, DVec3::min);
+        let hi = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        let centre = (lo + hi) * 0.5;
+        let axis = facets.iter().map(|f| f.normal * f.area).sum::<DVec3>().normalize_or(facets[0].normal);
+        Self {
+            facets: first..first + facets.len(),
+            area: facets.iter().map(|f| f.area).sum(),
+            centre,
+            radius: corners().map(|p| p.distance(centre)).fold(0.0, f64::max),
+            axis,
+            spread: facets.iter().map(|f| f.normal.angle_between(axis)).fold(0.0, f64::max),
+        }
+    }
+
+    /// Rough size of the light that the cluster can send to `x`; 0 only where it surely sends none.
+    fn weight(&self, x: DVec3, both_sides: bool) -> f64 {
+        let offset = x - self.centre;
+        let distance = offset.length();
+        if distance <= self.radius {
+            return self.area / (self.radius * self.radius);
+        }
+        let mut angle = offset.angle_between(self.axis);
+        if both_sides {
+            angle = angle.min(std::f64::consts::PI - angle);
+        }
+        // The smallest angle that any normal can make with a direction to x.
+        let least = (angle - self.spread - (self.radius / distance).asin() - 1e-6).max(0.0);
+        self.area * least.cos().max(0.0) / (distance * distance)
+    }
+}
+
+/// Halves the facets at the median along the longest side of their bounds until there are `parts` groups.
+fn split(facets: &mut [Facet], first: usize, parts: usize, out: &mut Vec<Cluster>) {
+    if parts <= 1 || facets.len() <= 1 {
+        out.push(Cluster::new(facets, first));
+        return;
+    }
+    let middle_of = |f: &Facet| f.corner + (f.edges[0] + f.edges[1]) / 3.0;
+    let lo = facets.iter().map(middle_of).fold(DVec3::INFINITY, DVec3::min);
+    let hi = facets.iter().map(middle_of).fold(DVec3::NEG_INFINITY, DVec3::max);
+    let axis = (hi - lo).max_position();
+    let half = facets.len() / 2;
+    facets.select_nth_unstable_by(half, |a, b| middle_of(a)[axis].total_cmp(&middle_of(b)[axis]));
+    let (left, right) = facets.split_at_mut(half);
+    split(left, first, parts / 2, out);
+    split(right, first + half, parts - parts / 2, out);
+}
+
+impl<'a> Sampler<'a> {
+    /// Weighs the source's facets or clusters as seen from `x`.
+    #[must_use]
+    pub(super) fn new(source: &'a AreaSource, x: Vec3) -> Self {
+        let mut sampler = Self { source, x: x.as_dvec3(), choices: SmallVec::new(), total: 0.0 };
+        if source.clusters.is_empty() {
+            for (index, facet) in source.facets.list.iter().enumerate() {
+                let corner = facet.corner - sampler.x;
+                let height = -facet.normal.dot(corner);
+                if height > 0.0 || (height < 0.0 && source.both_sides) {
+                    sampler.push(index, solid_angle(corner, facet.edges));
+                }
+            }
+        } else {
+            for (index, cluster) in source.clusters.iter().enumerate() {
+                sampler.push(index, cluster.weight(sampler.x, source.both_sides));
+            }
+        }
+        sampler
+    }
+
+    fn push(&mut self, index: usize, weight: f64) {
+        if weight > 0.0 {
+            self.total += weight;
+            self.choices.push(Choice { index, weight, until: self.total });
+        }
+    }
+
+    /// The solid angle of all triangles that face the point, sr (overlaps counted twice); `None` for sources of so many
+    /// triangles that each is not looked at.
+    #[must_use]
+    pub fn solid_angle(&self) -> Option<f64> {
+        self.source.clusters.is_empty().then_some(self.total)
+    }
+
+    /// The light that arrives from the point of the source chosen by `u` ∈ [0, 1)²; `None` where that point faces away, or
+    /// all do. The mean of `facing · max(0, n·direction)` over u is the unoccluded irradiance. Strata of u are kept.
+    #[must_use]
+    pub fn sample(&self, scene: &Scene, u: [f32; 2]) -> Option<Arrival> {
+        let [u, v] = u.map(f64::from);
+        let target = u * self.total;
+        let position = self.choices.partition_point(|c| c.until <= target);
+        let choice = self.choices.get(position.min(self.choices.len().checked_sub(1)?))?;
+        let within = (1.0 - (choice.until - target) / choice.weight).clamp(0.0, 1.0);
+        if self.source.clusters.is_empty() {
+            return self.in_facet(scene, choice, [within, v]);
+        }
+        let cluster = &self.source.clusters[choice.index];
+        let (facet, at) = self.source.facets.pick(cluster.facets.clone(), [within, v])?;
+        self.source.arrival(scene, facet, self.x, at, cluster.area * self.total / choice.weight)
+    }
+
+    fn in_facet(&self, scene: &Scene, choice: &Choice, u: [f64; 2]) -> Option<Arrival> {
+        let facet = &self.source.facets.list[choice.index];
+        let corner = facet.corner - self.x;
+        let found = direction(corner, facet.edges, choice.weight, u).and_then(|d| barycentrics(corner, facet.edges, d));
+        if let Some(at) = found {
+            let offset = corner + facet.edges[0] * at[0] + facet.edges[1] * at[1];
+            return (offset != DVec3::ZERO).then(|| self.source.seen(scene, facet, offset, at, self.total));
+        }
+        let area = facet.area * self.total / choice.weight;
+        self.source.arrival(scene, facet, self.x, uniform_barycentrics(u), area)
+    }
+}
