@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// Bad input, or an output that cannot be written.
 pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
     args.check_outputs()?;
-    let loaded = scene::load_and_warn(&args.scene)?;
+    let loaded = scene::load_and_warn(&args.scene, args.verbosity)?;
     let camera = scene::camera(&loaded.scene, args.scene.camera.as_deref())?;
     let view = scene::view(&loaded.scene, &camera, &args.scene);
     let pool = rayon::ThreadPoolBuilder::new()

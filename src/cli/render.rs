@@ -3,6 +3,7 @@
 use super::args::{RenderArgs, thread_count};
 use super::progress::Progress;
 use super::session::{Ended, Session};
+use super::yardstick::Yardstick;
 use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
@@ -16,6 +17,7 @@ use crate::refine::thread::{EngineThread, Pace};
 use crate::refine::workers::Workers;
 use crate::scene::camera::{Camera, View};
 use crate::scene::load::Loaded;
+use crate::scene::report::Severity;
 use crate::scene::{Display, FaceId, Scene};
 use crate::vk::{Device, DeviceOptions};
 use std::path::Path;
@@ -32,10 +34,11 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
     let gpu = open_gpu(args)?;
     let loading = Instant::now();
-    let Loaded { scene, report, .. } = scene::load_and_warn(&args.scene)?;
+    let Loaded { scene, report, .. } = scene::load_and_warn(&args.scene, args.verbosity)?;
     let mut summary = Summary::of_this_run();
     summary.times.load = Some(loading.elapsed().as_secs_f64());
-    summary.warnings = report.faults.iter().map(ToString::to_string).collect();
+    summary.warnings = report.lines(Severity::Warning);
+    summary.stand_ins = report.lines(Severity::StandIn);
     let camera = scene::camera(&scene, args.scene.camera.as_deref())?;
     let display = args.output.display(&scene.display);
     let scene = Arc::new(scene);
@@ -46,6 +49,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
     let engine = start_engine(args, &scene, hierarchy)?;
     engine.set_visible(Visible { generation: 1, eye: view.eye, faces });
+    let reference = reference.map(|image| Yardstick::new(image, display));
     let renderer = &mut gpu.renderer;
     let progress = Progress::new(args.verbosity.quiet);
     let mut session = Session { args, renderer, engine, display, reference, progress, start };
@@ -55,6 +59,9 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     summary.warnings.extend(write_images(args, &mut gpu.renderer, &shot)?);
     summary.times.bvh = bvh_seconds.get().copied();
     finish(args, summary, &gpu, &ended, start)?;
+    let device = Arc::clone(gpu.renderer.device());
+    drop(gpu);
+    say_what_is_left(&device);
     Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
 }
 
@@ -199,6 +206,14 @@ fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> 
         }
     }
     Ok(warnings)
+}
+
+/// Prints what was not destroyed, where the validation layers listen (`PENOMBRE_VALIDATION=1`); their own messages are
+/// printed as they come.
+fn say_what_is_left(device: &Device) {
+    if device.validates() {
+        device.live_objects().iter().for_each(|object| output::report(&format!("vulkan: not destroyed: {object}")));
+    }
 }
 
 /// Writes the run summary beside the log and says what was done.

@@ -29,9 +29,12 @@ pub fn take<'a>(renderer: &mut Renderer, view: &'a View, display: Display, aa: u
         return Ok(Still { view, display, combined: combined(&layers), layers });
     }
     let mut film = Film::new(view.size);
+    // N points of a pixel stand for a square of 1/N of its area each.
+    renderer.set_filter_width((aa as f32).sqrt().recip());
     for offset in jitter(aa) {
         film.add(&combined(&redraw(renderer, view, display, offset)?));
     }
+    renderer.set_filter_width(1.0);
     let layers = redraw(renderer, view, display, Vec2::ZERO)?;
     Ok(Still { view, display, combined: film.mean(), layers })
 }

@@ -168,8 +168,8 @@ fn mean_radiance(scene: &Scene, facets: &[Facet]) -> Vec3 {
 /// Subdivisions of a triangle's edges for about two samples a texel, 1 without a texture.
 fn texels_across(scene: &Scene, id: TriangleId) -> usize {
     let Some(map) = scene.material(id).map_ke else { return 1 };
-    let texture = &scene.textures[map.0 as usize];
-    let size = Vec2::new(texture.width as f32, texture.height as f32);
+    let [width, height] = scene.textures[map.0 as usize].extents()[0];
+    let size = Vec2::new(width as f32, height as f32);
     let [a, b, c] = scene.uvs[id.0 as usize].map(|uv| uv * size);
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
     (2.0 * longest).clamp(8.0, 1024.0) as usize

@@ -91,7 +91,7 @@ pub fn add_material(scene: &mut Scene, edit: impl FnOnce(&mut Material)) -> u32 
 /// Adds a texture.
 pub fn add_texture(scene: &mut Scene, width: u32, height: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> TextureId {
     let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
-    scene.textures.push(Texture { name: "made by hand".to_owned(), width, height, texels });
+    scene.textures.push(Texture::new("made by hand".to_owned(), [width, height], texels));
     TextureId(scene.textures.len() as u32 - 1)
 }
 
