@@ -33,9 +33,21 @@ pub struct Cluster {
 pub struct Sampler<'a> {
     source: &'a AreaSource,
     x: DVec3,
+    by: Choose,
     /// Facets with their solid angles, or clusters with their bounds, as running sums.
     choices: SmallVec<[Choice; 8]>,
     total: f64,
+}
+
+/// What points are chosen by.
+#[derive(Clone, Copy, Debug)]
+enum Choose {
+    /// Area of the whole source.
+    Area,
+    /// Solid angle of a facet, then uniformly in it.
+    SolidAngle,
+    /// Bound of a cluster, then area.
+    Cluster,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -111,21 +123,32 @@ impl<'a> Sampler<'a> {
     /// Weighs the source's facets or clusters as seen from `x`.
     #[must_use]
     pub(super) fn new(source: &'a AreaSource, x: Vec3) -> Self {
-        let mut sampler = Self { source, x: x.as_dvec3(), choices: SmallVec::new(), total: 0.0 };
-        if source.clusters.is_empty() {
-            for (index, facet) in source.facets.list.iter().enumerate() {
-                let corner = facet.corner - sampler.x;
-                let height = -facet.normal.dot(corner);
-                if height > 0.0 || (height < 0.0 && source.both_sides) {
-                    sampler.push(index, solid_angle(corner, facet.edges));
-                }
-            }
-        } else {
-            for (index, cluster) in source.clusters.iter().enumerate() {
-                sampler.push(index, cluster.weight(sampler.x, source.both_sides));
-            }
+        let mut sampler =
+            Self { source, x: x.as_dvec3(), by: Choose::Area, choices: SmallVec::new(), total: source.facets.area };
+        if !source.clusters.is_empty() {
+            sampler.weigh_clusters();
+        } else if !source.is_far(x) {
+            sampler.weigh_facets();
         }
         sampler
+    }
+
+    fn weigh_clusters(&mut self) {
+        (self.by, self.total) = (Choose::Cluster, 0.0);
+        for (index, cluster) in self.source.clusters.iter().enumerate() {
+            self.push(index, cluster.weight(self.x, self.source.both_sides));
+        }
+    }
+
+    fn weigh_facets(&mut self) {
+        (self.by, self.total) = (Choose::SolidAngle, 0.0);
+        for (index, facet) in self.source.facets.list.iter().enumerate() {
+            let corner = facet.corner - self.x;
+            let height = -facet.normal.dot(corner);
+            if height > 0.0 || (height < 0.0 && self.source.both_sides) {
+                self.push(index, solid_angle(corner, facet.edges));
+            }
+        }
     }
 
     fn push(&mut self, index: usize, weight: f64) {
@@ -135,23 +158,20 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The solid angle of all triangles that face the point, sr (overlaps counted twice); `None` for sources of so many
-    /// triangles that each is not looked at.
-    #[must_use]
-    pub fn solid_angle(&self) -> Option<f64> {
-        self.source.clusters.is_empty().then_some(self.total)
-    }
-
     /// The light that arrives from the point of the source chosen by `u` ∈ [0, 1)²; `None` where that point faces away, or
     /// all do. The mean of `facing · max(0, n·direction)` over u is the unoccluded irradiance. Strata of u are kept.
     #[must_use]
     pub fn sample(&self, scene: &Scene, u: [f32; 2]) -> Option<Arrival> {
         let [u, v] = u.map(f64::from);
+        if let Choose::Area = self.by {
+            let (facet, at) = self.source.facets.pick(0..self.source.facets.list.len(), [u, v])?;
+            return self.source.arrival(scene, facet, self.x, at, self.total);
+        }
         let target = u * self.total;
         let position = self.choices.partition_point(|c| c.until <= target);
         let choice = self.choices.get(position.min(self.choices.len().checked_sub(1)?))?;
         let within = (1.0 - (choice.until - target) / choice.weight).clamp(0.0, 1.0);
-        if self.source.clusters.is_empty() {
+        if let Choose::SolidAngle = self.by {
             return self.in_facet(scene, choice, [within, v]);
         }
         let cluster = &self.source.clusters[choice.index];
