@@ -50,6 +50,22 @@ impl Lobe {
         (self.shininess + 2.0) / std::f64::consts::TAU * cosine.max(0.0).powf(self.shininess)
     }
 
+    /// A unit direction in proportion to c^s, of density [`Self::density`]; `u` ∈ [0, 1)².
+    #[must_use]
+    pub fn direction(&self, u: [f64; 2]) -> DVec3 {
+        let cosine = (1.0 - u[0]).powf((self.shininess + 1.0).recip());
+        let (sin_turn, cos_turn) = (u[1] * std::f64::consts::TAU).sin_cos();
+        let (right, up) = self.axis.any_orthonormal_pair();
+        let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
+        self.axis * cosine + (right * cos_turn + up * sin_turn) * sine
+    }
+
+    /// Density of [`Self::direction`], (s+1)/(2π) c^s, sr⁻¹.
+    #[must_use]
+    pub fn density(&self, cosine: f64) -> f64 {
+        self.value(cosine) * (self.shininess + 1.0) / (self.shininess + 2.0)
+    }
+
     /// The integral along the edge from `a` to `a + edge`.
     fn along_edge(&self, a: DVec3, edge: DVec3) -> f64 {
         let Some(gamma) = edge.cross(a).try_normalize() else { return 0.0 };

@@ -20,7 +20,7 @@ pub struct AreaSource {
     pub(super) both_sides: bool,
     /// Area-mean radiance.
     radiance: Vec3,
-    textured: bool,
+    pub(super) textured: bool,
     /// Luminance of the untextured emission, an upper bound since texels are ≤ 1.
     peak: f32,
     centre: Vec3,
@@ -81,30 +81,39 @@ impl AreaSource {
     /// where that point faces away. [`Sampler::sample`] has far less variance.
     #[must_use]
     pub fn sample(&self, scene: &Scene, x: Vec3, u: [f32; 2]) -> Option<Arrival> {
-        let (facet, [s, t]) = self.facets.pick(0..self.facets.list.len(), u.map(f64::from))?;
-        self.arrival(scene, facet, x.as_dvec3(), [s, t], self.facets.area)
+        let x = x.as_dvec3();
+        let (facet, at) = self.facets.pick(0..self.facets.list.len(), u.map(f64::from))?;
+        let offset = facet.from(x, at);
+        let measure = self.solid_angle_of(facet, offset, self.facets.area)?;
+        Some(self.seen(scene, facet, at, offset, measure))
     }
 
-    /// Light from a point of a facet as if `area` were there.
-    pub(super) fn arrival(&self, scene: &Scene, facet: &Facet, x: DVec3, at: [f64; 2], area: f64) -> Option<Arrival> {
-        let offset = facet.corner - x + facet.edges[0] * at[0] + facet.edges[1] * at[1];
+    /// Solid angle that `area` takes at the point of a facet `offset` away; `None` where that faces away.
+    pub(super) fn solid_angle_of(&self, facet: &Facet, offset: DVec3, area: f64) -> Option<f64> {
         let squared = offset.length_squared();
         let cosine = -facet.normal.dot(offset) / squared.sqrt();
-        let faces = cosine > 0.0 || (cosine < 0.0 && self.both_sides);
-        (faces && squared > 0.0).then(|| self.seen(scene, facet, offset, at, cosine.abs() * area / squared))
+        let cosine = if self.both_sides { cosine.abs() } else { cosine };
+        (cosine > 0.0).then(|| cosine * area / squared)
     }
 
-    /// Light from the point `offset` away, whose solid angle stands for `measure`.
-    pub(super) fn seen(&self, scene: &Scene, facet: &Facet, offset: DVec3, at: [f64; 2], measure: f64) -> Arrival {
-        let mean_facing = self.radiance * measure as f32;
-        let facing = if self.textured {
-            let back = facet.normal.dot(offset) > 0.0;
-            scene.emitted_at(FaceId::new(facet.id, back), at[0] as f32, at[1] as f32) * measure as f32
-        } else {
-            mean_facing
-        };
+    /// Radiance of the point of a facet `offset` away.
+    pub(super) fn radiance_at(&self, scene: &Scene, facet: &Facet, at: [f64; 2], offset: DVec3) -> Vec3 {
+        if !self.textured {
+            return self.radiance;
+        }
+        let back = facet.normal.dot(offset) > 0.0;
+        scene.emitted_at(FaceId::new(facet.id, back), at[0] as f32, at[1] as f32)
+    }
+
+    /// Light of that point if it stands for the solid angle `measure`.
+    pub(super) fn seen(&self, scene: &Scene, facet: &Facet, at: [f64; 2], offset: DVec3, measure: f64) -> Arrival {
         let distance = offset.length();
-        Arrival { direction: (offset / distance).as_vec3(), distance: distance as f32, facing, mean_facing }
+        Arrival {
+            direction: (offset / distance).as_vec3(),
+            distance: distance as f32,
+            facing: self.radiance_at(scene, facet, at, offset) * measure as f32,
+            mean_facing: self.radiance * measure as f32,
+        }
     }
 
     /// The unoccluded light at `x` in closed form; `None` where more outlines face `x` than
