@@ -19,7 +19,7 @@ const TRUSTED: f64 = 1e-6;
 /// strata. `None` where the triangle is too small or too thin: then its points are as good as equally bright.
 #[must_use]
 pub fn direction(corner: DVec3, edges: [DVec3; 2], omega: f64, u: [f64; 2]) -> Option<DVec3> {
-    if omega < TRUSTED || omega > std::f64::consts::TAU - TRUSTED {
+    if !(TRUSTED..=std::f64::consts::TAU - TRUSTED).contains(&omega) {
         return None;
     }
     let [a, b, c] = [corner, corner + edges[0], corner + edges[1]].map(DVec3::normalize);

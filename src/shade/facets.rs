@@ -235,7 +235,7 @@ fn turning_corners(points: &[DVec3], normal: DVec3) -> Option<Vec<DVec3>> {
         let (before, after) = (here - last, next - here);
         // Height of the corner over the line that would leave it out.
         let height = before.cross(after).dot(normal) / (next - last).length();
-        if !(height >= -tolerance) || (height < tolerance && before.dot(after) < 0.0) {
+        if height.is_nan() || height < -tolerance || (height < tolerance && before.dot(after) < 0.0) {
             return None;
         }
         if height >= tolerance {
