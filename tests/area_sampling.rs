@@ -8,7 +8,7 @@ use penombre::math::mix;
 use penombre::math::spherical_triangle::solid_angle;
 use penombre::scene::light::LightKind;
 use penombre::scene::texture::{Texture, TextureId};
-use penombre::scene::{EmissionSide, Scene, TriangleId};
+use penombre::scene::{EmissionSide, FaceId, Scene, TriangleId};
 use penombre::shade::lights::{AreaSource, Arrival, Lights, Source};
 use penombre::shade::phong::lobe;
 use std::f64::consts::PI;
@@ -233,55 +233,56 @@ fn textured_emitters_have_a_mean_and_samples_their_own_radiance() {
     assert!(mean_radiance > 0.0 && mean_radiance < 1.0);
 }
 
-/// The highlight of a lamp of many small triangles against the sum of their middles' contributions.
+/// Highlight at the origin by brute force: midpoints of n² parts of every triangle, with their own radiance.
+fn numeric_highlight(scene: &Scene, normal: Vec3, to_eye: Vec3, shininess: f32, n: u32) -> Vec3 {
+    let mut sum = DVec3::ZERO;
+    for t in (0..scene.triangles.len() as u32).map(TriangleId) {
+        let ([a, b, c], vector) = (scene.corners(t), scene.area_vector(t) * 0.5);
+        let upright = (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j, 1.0 / 3.0)));
+        let inverted = (0..n - 1).flat_map(|i| (0..n - 1 - i).map(move |j| (i, j, 2.0 / 3.0)));
+        for (i, j, shift) in upright.chain(inverted) {
+            let [u, v] = [i, j].map(|k| (k as f32 + shift) / n as f32);
+            let p = a + (b - a) * u + (c - a) * v;
+            let d = p.normalize();
+            let measure = (-vector.dot(d)).max(0.0) / p.length_squared() / (n * n) as f32;
+            let value = measure * normal.dot(d).max(0.0) * lobe(shininess, normal, d, to_eye);
+            sum += (scene.emitted_at(FaceId::new(t, false), u, v) * value).as_dvec3();
+        }
+    }
+    sum.as_vec3()
+}
+
+/// A lamp of many small triangles.
 #[test]
 fn highlights_of_many_triangles_match_quadrature() {
     let normal = Vec3::new(0.1, 0.99, 0.0).normalize();
+    let to_eye = Vec3::new(-0.1, 1.0, 0.1).normalize();
     // 256 facing triangles are integrated one by one; more are sampled, which is good for dull lobes only.
     for (n, shininess, tolerance) in
-        [(8, 1.0, 5e-3), (8, 30.0, 5e-3), (8, 1000.0, 0.02), (16, 1.0, 0.02), (16, 30.0, 0.1)]
+        [(8, 1.0, 5e-3), (8, 30.0, 5e-3), (8, 1000.0, 0.01), (16, 1.0, 0.02), (16, 30.0, 0.1)]
     {
         let scene = sphere(Vec3::new(0.2, 1.0, 0.0), 0.4, n);
-        let to_eye = Vec3::new(-0.1, 1.0, 0.1).normalize();
-        let mut expected = 0.0;
-        for t in 0..scene.triangles.len() as u32 {
-            let ([a, b, c], vector) = (scene.corners(TriangleId(t)), scene.area_vector(TriangleId(t)) * 0.5);
-            let n = 8;
-            let upright = (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j, 1.0 / 3.0)));
-            let inverted = (0..n - 1).flat_map(|i| (0..n - 1 - i).map(move |j| (i, j, 2.0 / 3.0)));
-            for (i, j, shift) in upright.chain(inverted) {
-                let [u, v] = [i, j].map(|k| (k as f32 + shift) / n as f32);
-                let p = a + (b - a) * u + (c - a) * v;
-                let d = p.normalize();
-                let measure = (-vector.dot(d)).max(0.0) / p.length_squared() / (n * n) as f32;
-                expected += f64::from(measure * normal.dot(d).max(0.0) * lobe(shininess, normal, d, to_eye));
-            }
-        }
-        let value = f64::from(area(&scene).specular(&scene, Vec3::ZERO, normal, to_eye, shininess).x);
+        let expected = numeric_highlight(&scene, normal, to_eye, shininess, 8).x;
+        let value = area(&scene).specular(&scene, Vec3::ZERO, normal, to_eye, shininess).x;
         assert!((value - expected).abs() < tolerance * expected, "{n} {shininess}: {value} {expected}");
     }
 }
 
-/// The highlight of a textured window against a fine grid of its points.
+/// A window whose texture has a contrast of one to several from texel to texel.
 #[test]
 fn textured_highlights_match_quadrature() {
     let scene = window();
     let source = area(&scene);
     let normal = Vec3::new(0.1, 0.99, 0.0).normalize();
-    let n = 400;
-    let points: Vec<Option<Arrival>> = (0..n * n)
-        .map(|k| source.sample(&scene, Vec3::ZERO, [k % n, k / n].map(|i| (i as f32 + 0.5) / n as f32)))
-        .collect();
-    for (shininess, tolerance) in [(1.0, 0.04), (10.0, 0.04), (100.0, 0.05), (1000.0, 0.05)] {
+    for shininess in [1.0, 10.0, 100.0, 1000.0] {
         for mirrored in [Vec3::new(0.1, 1.0, 0.0), Vec3::new(0.6, 0.8, -0.3), Vec3::new(-0.7, 0.4, 0.8)] {
             let mirrored = mirrored.normalize();
             let to_eye = 2.0 * normal.dot(mirrored) * normal - mirrored;
-            let shown = |a: &Arrival| lobe(shininess, normal, a.direction, to_eye) * normal.dot(a.direction).max(0.0);
-            let expected = points.iter().flatten().map(|a| a.facing * shown(a)).sum::<Vec3>() / (n * n) as f32;
+            let expected = numeric_highlight(&scene, normal, to_eye, shininess, 80);
             let value = source.specular(&scene, Vec3::ZERO, normal, to_eye, shininess);
             let error = (value - expected).abs().max_element();
             let scale = expected.max_element().max(0.1 * source.mean_radiance().x);
-            assert!(error < tolerance * scale, "{shininess} {mirrored}: {value} {expected}");
+            assert!(error < 0.05 * scale, "{shininess} {mirrored}: {value} {expected}");
         }
     }
 }
