@@ -21,8 +21,21 @@ pub type Corners = SmallVec<[DVec3; 24]>;
 #[inline]
 pub fn edge_term(a: DVec3, edge: DVec3) -> DVec3 {
     let normal = edge.cross(a);
-    let sine = normal.length();
-    if sine > 0.0 { normal * (0.5 * sine.atan2(a.dot(a + edge)) / sine) } else { DVec3::ZERO }
+    let (cosine, squared_sine) = (a.dot(a + edge), normal.length_squared());
+    if cosine > 0.0 && squared_sine < SERIES * cosine * cosine {
+        return normal * (0.5 / cosine * arctangent_ratio(squared_sine / (cosine * cosine)));
+    }
+    let sine = squared_sine.sqrt();
+    if sine > 0.0 { normal * (0.5 * sine.atan2(cosine) / sine) } else { DVec3::ZERO }
+}
+
+/// Square of the tangent of an edge's angle up to which a series is as exact as `atan2`, and several times as fast.
+const SERIES: f64 = 0.01;
+
+/// atan(z) / z for z² ≤ [`SERIES`].
+fn arctangent_ratio(z2: f64) -> f64 {
+    const ODD: [f64; 8] = [1.0, 3.0, 5.0, 7.0, 9.0, 11.0, 13.0, 15.0];
+    ODD.iter().rev().fold(0.0, |sum, odd| odd.recip() - z2 * sum)
 }
 
 /// Light vector at the origin of the polygon with corners `base + relative[i]`, radiance 1, counter-clockwise seen from
