@@ -30,8 +30,9 @@ pub struct AreaSource {
 /// Edges of facing polygons above which light is sampled only: what 64 triangles have that nothing merged.
 const MAX_EDGES: usize = 192;
 
-/// Distance in radii from which a plane source is sampled by area: d⁻³ varies by less than a third from the middle.
-const FAR: f32 = 10.0;
+/// Distance in radii from which a plane source is sampled by area: d⁻³ varies by less than ±45 % then. Measured on the Cornell
+/// box: solid angles halve the variance there for half as much time again.
+const FAR: f32 = 8.0;
 
 impl AreaSource {
     /// Prepares a component.
