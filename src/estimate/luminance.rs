@@ -83,15 +83,9 @@ fn area_irradiance(
 ) -> (Vec3, Vec3) {
     let sum = layer.sums.get(slot.0);
     let sampled = visibility.points > 0 && sum.unoccluded > 0.0;
-    match source.closed_form(vertex.position) {
-        Some(form) => {
-            let unoccluded = form.irradiance(record.normal);
-            if sampled {
-                (sum.visible * (luminance(unoccluded) / sum.unoccluded), unoccluded)
-            } else {
-                (unoccluded * visibility.fraction(), unoccluded)
-            }
-        }
+    match unoccluded(source, vertex.position, record.normal) {
+        Some(unoccluded) if sampled => (sum.visible * (luminance(unoccluded) / sum.unoccluded), unoccluded),
+        Some(unoccluded) => (unoccluded * visibility.fraction(), unoccluded),
         None if sampled => {
             let mean = sum.visible / visibility.points as f32;
             (mean, mean / visibility.fraction().max(0.05))
@@ -101,6 +95,14 @@ fn area_irradiance(
             (unoccluded * visibility.fraction(), unoccluded)
         }
     }
+}
+
+/// Unoccluded irradiance of an area source, where it has a closed form.
+fn unoccluded(source: &AreaSource, x: Vec3, normal: Vec3) -> Option<Vec3> {
+    if source.is_distant(x) {
+        return Some(source.distant_irradiance(x, normal));
+    }
+    source.closed_form(x).map(|form| form.irradiance(normal))
 }
 
 /// Points that stand in for a closed form where there is none.
@@ -137,7 +139,9 @@ pub fn specular(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Ve
                 a.facing * (visibility.fraction() * cosine * lobe(shininess, record.normal, a.direction, to_eye))
             }),
             Source::Area(area) => {
-                let full = area.specular(world.scene, vertex.position, record.normal, to_eye, shininess);
+                let (x, normal) = (vertex.position, record.normal);
+                let far = area.distant_specular(x, normal, to_eye, shininess);
+                let full = far.unwrap_or_else(|| area.specular(world.scene, x, normal, to_eye, shininess));
                 let share = if full == Vec3::ZERO {
                     0.0
                 } else {

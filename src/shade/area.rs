@@ -1,5 +1,6 @@
 //! Area lights: connected emissive components, their unoccluded irradiance in closed form.
 
+use super::area_far::Distant;
 use super::area_sampler::{Cluster, Sampler};
 use super::facets::{Facet, Facets, Outlines};
 use super::lights::Arrival;
@@ -23,8 +24,9 @@ pub struct AreaSource {
     pub(super) textured: bool,
     /// Luminance of the untextured emission, an upper bound since texels are ≤ 1.
     peak: f32,
-    centre: Vec3,
-    radius: f32,
+    pub(super) centre: Vec3,
+    pub(super) radius: f32,
+    pub(super) distant: Distant,
 }
 
 /// Edges of facing polygons above which light is sampled only: what 64 triangles have that nothing merged.
@@ -48,7 +50,9 @@ impl AreaSource {
         let corners = || triangles.iter().flat_map(|&t| scene.corners(t));
         let lo = corners().fold(Vec3::INFINITY, Vec3::min);
         let hi = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
+        let (centre, radius) = ((lo + hi) * 0.5, (hi - lo).length() * 0.5);
         Self {
+            distant: Distant::new(&outlines, centre, radius),
             outlines,
             facets: Facets::new(facets),
             clusters,
@@ -56,8 +60,8 @@ impl AreaSource {
             radiance,
             textured,
             peak: first.map_or(0.0, |m| luminance(m.ke)),
-            centre: (lo + hi) * 0.5,
-            radius: (hi - lo).length() * 0.5,
+            centre,
+            radius,
         }
     }
 
@@ -70,7 +74,7 @@ impl AreaSource {
     /// Whether [`Self::closed_form`] answers wherever it is asked.
     #[must_use]
     pub fn has_closed_form(&self) -> bool {
-        self.facets.list.len() <= MAX_CLOSED_TRIANGLES
+        self.outlines.corners.len() <= MAX_EDGES
     }
 
     /// Whether the whole source is one polygon that looks small from `x`: then its points are about equally bright.

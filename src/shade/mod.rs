@@ -1,6 +1,7 @@
 //! Evaluation of reflection, and of light arriving without occlusion.
 
 pub mod area;
+pub mod area_far;
 pub mod area_sampler;
 mod area_specular;
 mod facets;
