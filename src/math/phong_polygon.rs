@@ -35,8 +35,8 @@ pub struct Lobe {
 }
 
 impl Lobe {
-    /// ∫ (s+2)/(2π) max(0, w·ω)^s max(0, n·ω) dω over the convex polygon `base + relative[i]` seen from the origin, as for
-    /// [`super::polygon::light_vector`].
+    /// ∫ (s+2)/(2π) max(0, w·ω)^s max(0, n·ω) dω over the convex polygon `base + relative[i]` seen from the origin,
+    /// counter-clockwise (for the other sense: its negative).
     #[must_use]
     pub fn over_polygon(&self, base: DVec3, relative: &[DVec3]) -> f64 {
         let above = clip(base, relative, self.normal);

@@ -38,20 +38,6 @@ fn arctangent_ratio(z2: f64) -> f64 {
     ODD.iter().rev().fold(0.0, |sum, odd| odd.recip() - z2 * sum)
 }
 
-/// Light vector at the origin of the polygon with corners `base + relative[i]`, radiance 1, counter-clockwise seen from
-/// the origin (then it points to the polygon; for the other sense it is the opposite).
-#[must_use]
-pub fn light_vector(base: DVec3, relative: &[DVec3]) -> DVec3 {
-    edges(relative).map(|(a, b)| edge_term(base + a, b - a)).sum()
-}
-
-/// Irradiance from the polygon on a surface at the origin of unit `normal`, as for [`light_vector`]; only what lies above
-/// the horizon counts.
-#[must_use]
-pub fn irradiance(base: DVec3, relative: &[DVec3], normal: DVec3) -> f64 {
-    light_vector(base, &clip(base, relative, normal)).dot(normal)
-}
-
 /// The part of a convex polygon `base + relative[i]` where `normal · v ≥ 0`, corners relative to `base` again; empty where
 /// it has no inside.
 #[must_use]
