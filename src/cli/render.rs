@@ -221,7 +221,7 @@ fn finish(args: &RenderArgs, mut summary: Summary, gpu: &Gpu, ended: &Ended, sta
     let device = gpu.renderer.device().report();
     summary.device.clone_from(&device.name);
     summary.driver.clone_from(&device.driver);
-    summary.formats = Some(device.formats.clone());
+    summary.formats = serde_json::to_value(&device.formats).unwrap_or_default();
     summary.seed = args.engine.seed;
     summary.threads = thread_count(args.engine.threads);
     summary.size = [args.scene.size.width, args.scene.size.height];

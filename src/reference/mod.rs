@@ -2,7 +2,6 @@
 //!
 //! So far it computes direct light only (`--direct-only`): emission seen directly, and one shadow ray a light sample.
 
-use crate::estimate::world::World;
 use crate::geom::{Hit, Ray};
 use crate::math::{combine, luminance, sequence::Sequence};
 use crate::scene::Scene;
@@ -10,6 +9,7 @@ use crate::scene::camera::View;
 use crate::scene::footprint::Footprint;
 use crate::shade::lights::{Arrival, Source, delta_arrival};
 use crate::shade::phong::lobe;
+use crate::shade::world::World;
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::f32::consts::PI;

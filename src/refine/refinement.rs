@@ -2,12 +2,12 @@
 
 use super::engine::Engine;
 use super::queue::Task;
+use crate::cache::direct::{self, Job, Wanted};
 use crate::cache::dynamic::{Cache, SlotId};
-use crate::cache::layer::Origin;
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
-use crate::estimate::direct::{self, Job, Wanted};
-use crate::estimate::world::World;
+use crate::estimate::visibility::Origin;
+use crate::shade::world::World;
 use rustc_hash::FxHashSet;
 
 /// Base vertices a run: enough to be worth handing out, few enough to keep the frame loop served.

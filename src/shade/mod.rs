@@ -7,3 +7,4 @@ mod area_specular;
 mod facets;
 pub mod lights;
 pub mod phong;
+pub mod world;

@@ -1,13 +1,14 @@
 //! Luminance shown at a slot, from the samples of its vertex: no ray is traced here.
 
-use super::world::World;
-use crate::cache::dynamic::{Cache, SlotId, SlotRecord};
-use crate::cache::layer::{Layer, Origin, REMEMBERED, Visibility};
-use crate::cache::vertex::Vertex;
+use super::dynamic::{Cache, SlotId, SlotRecord};
+use super::layer::Layer;
+use super::vertex::Vertex;
+use crate::estimate::visibility::{Origin, REMEMBERED, Visibility};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;
 use crate::shade::lights::{AreaSource, Source, delta_arrival};
 use crate::shade::phong::lobe;
+use crate::shade::world::World;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -167,7 +168,7 @@ fn lobe_visibility(
         return fraction;
     }
     let shininess = record.shininess.unwrap_or(0.0);
-    let sequence = world.sequence(vertex, light);
+    let sequence = world.sequence(&vertex.site(), light);
     let sampler = source.at(vertex.position);
     let (mut seen, mut all) = (0.0, 0.0);
     for (index, visible) in visibility.remembered() {
