@@ -68,7 +68,7 @@ const CHILD: f32 = 1.0 / 16.0;
 /// Pixels of the smallest leaf with covered corners, against other leaves.
 const COVERED_PIXELS: f32 = 0.2;
 /// Rays that a new vertex costs, evaluation included.
-const VERTEX_COST: f32 = 8.0;
+const VERTEX_COST: f32 = 16.0;
 
 /// A leaf's light at a glance.
 #[derive(Clone, Copy, Debug)]
