@@ -5,10 +5,11 @@
 #include "images.glsl"
 #include "radiance.glsl"
 #include "tone_mapping.glsl"
+#include "display.glsl"
 
 layout(location = 0) out vec4 display;
 
 void main() {
-    vec4 light = radiance(ivec2(gl_FragCoord.xy));
-    display = vec4(srgb_from_linear(tone_map(finite(light.rgb * frame.exposure), frame.tone_mapping)), light.a);
+    ivec2 p = ivec2(gl_FragCoord.xy);
+    display = displayed(radiance(p, luminance_at(p)));
 }

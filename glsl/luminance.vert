@@ -8,9 +8,10 @@ layout(location = 0) out vec3 weighted_diffuse;
 layout(location = 1) out vec3 weighted_specular;
 layout(location = 2) out float weight;
 layout(location = 3) flat out uint face;
+layout(location = 4) flat out uint leaf;
 
 void main() {
-    uint leaf = frame.leaf_list.at[uint(gl_VertexIndex) / 3u];
+    leaf = frame.leaf_list.at[uint(gl_VertexIndex) / 3u];
     uint slot = frame.leaves.at[leaf].slots[uint(gl_VertexIndex) % 3u];
     face = frame.leaves.at[leaf].face;
     weight = frame.slots.at[slot].weight;

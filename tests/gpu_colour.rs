@@ -15,6 +15,7 @@ const COLOUR: FrameOptions = FrameOptions {
     colour: true,
     combine: None,
     update_mode: penombre::pass::UpdateMode::Stencil,
+    queries: 0,
 };
 
 fn colours(renderer: &mut Renderer, scene: &Scene, width: u32, height: u32) -> Layers {

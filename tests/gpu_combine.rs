@@ -28,8 +28,13 @@ fn operators_agree_with_their_twins() {
             let mut codes = std::collections::HashSet::new();
             for exposure in [-3.0, 0.0, 2.5] {
                 let combine = Some(Display { exposure, tone_mapping });
-                let options =
-                    FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil };
+                let options = FrameOptions {
+                    full_luminance: true,
+                    colour: true,
+                    combine,
+                    update_mode: UpdateMode::Stencil,
+                    queries: 0,
+                };
                 renderer.frame(&options).unwrap();
                 let display = renderer.read_display().unwrap();
                 let layers = renderer.read_layers().unwrap();

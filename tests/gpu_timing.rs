@@ -6,31 +6,12 @@ mod support;
 use glam::{Vec2, Vec3};
 use penombre::pass::{FrameOptions, Renderer, UpdateMode};
 use penombre::refine::update::Slot;
+use penombre::scene::Display;
 use penombre::scene::camera::ImageSize;
-use penombre::scene::{Display, Scene};
 use penombre::vk::{Device, DeviceOptions};
 use std::sync::Arc;
 use std::time::Instant;
 use support::*;
-
-/// A bumpy floor of `2 n²` triangles, textured.
-fn terrain(n: u32) -> Scene {
-    let mut scene = empty_scene();
-    let texture = add_texture(&mut scene, 256, 256, |x, y| [(x ^ y) as u8, x as u8, y as u8, 255]);
-    let material = add_material(&mut scene, |m| m.map_kd = Some(texture));
-    let at = |x: u32, y: u32| {
-        let height = noise(x * 7919 + y) * 1.5 / n as f32;
-        Vec3::new(x as f32 / n as f32 * 2.0 - 1.0, y as f32 / n as f32 * 2.0 - 1.0, height)
-    };
-    let uv = |x: u32, y: u32| Vec2::new(x as f32, y as f32) / n as f32 * 4.0;
-    for (x, y) in (0..n).flat_map(|y| (0..n).map(move |x| (x, y))) {
-        let [a, b, c, d] = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)];
-        for [p, q, r] in [[a, b, c], [a, c, d]] {
-            add_triangle(&mut scene, [p, q, r].map(|(x, y)| at(x, y)), [p, q, r].map(|(x, y)| uv(x, y)), material);
-        }
-    }
-    scene
-}
 
 #[test]
 #[ignore = "a measurement"]
@@ -54,7 +35,8 @@ fn start_up_and_passes() {
         let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
         renderer.apply(&base_update(&scene, faces(&visible), false, light)).unwrap();
         let combine = Some(Display::default());
-        let all = FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil };
+        let all =
+            FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil, queries: 0 };
         let first = renderer.frame(&all).unwrap();
         println!("  first frame {first:.1?}");
         per_call("visibility", || drop(renderer.visibility().unwrap()));
@@ -76,6 +58,7 @@ fn start_up_and_passes() {
                 renderer.frame(&FrameOptions { update_mode: mode, ..none }).unwrap();
             });
         }
+        per_call("leaf_counts", || drop(renderer.leaf_counts().unwrap()));
         per_call("read_display", || drop(renderer.read_display().unwrap()));
         per_call("read_layers", || drop(renderer.read_layers().unwrap()));
     }

@@ -1,13 +1,14 @@
 //! Refinement without a GPU: tiling, sharing, order of convergence, shadows against brute force.
 
 mod by_hand;
+#![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
 
-use by_hand::{Mirror, both_sides, engine_with, light, material, options, patch, solve_pixels};
+use by_hand::{Mirror, both_sides, drawn, engine_with, light, material, options, patch, solve_pixels};
 use glam::{Vec2, Vec3};
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::math::sequence::Sequence;
-use penombre::refine::engine::{Budget, Counted, Visible};
+use penombre::refine::engine::{Budget, Visible};
 use penombre::refine::options::{Options, Priority};
 use penombre::scene::light::LightKind;
 use penombre::scene::{FaceId, Scene, TriangleId};
@@ -165,7 +166,7 @@ fn penumbra_error(priority: Priority, vertices: u64) -> (f64, u64) {
     mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, faces }));
     while !mirror.last.stats.converged && mirror.last.stats.vertices < vertices {
         mirror.apply(engine.step(Budget::Rays(500)));
-        engine.counted(&Counted { sequence: mirror.last.sequence, pixels: None });
+        engine.counted(&drawn(&mirror));
     }
     let (mut square, mut mean) = (0.0, 0.0);
     let points = 1500;

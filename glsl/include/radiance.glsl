@@ -1,9 +1,18 @@
 // L = L_e + k_d D + k_s S of a pixel (method.md 2), W/sr/m2; a is the coverage.
-vec4 radiance(ivec2 p) {
+
+// D and S of a pixel, times the luminance scale.
+struct Luminance {
+    vec3 diffuse;
+    vec3 specular;
+};
+
+Luminance luminance_at(ivec2 p) {
+    return Luminance(texelFetch(image_diffuse, p, 0).rgb, texelFetch(image_specular, p, 0).rgb);
+}
+
+vec4 radiance(ivec2 p, Luminance light) {
     vec4 kd = texelFetch(image_kd, p, 0);
     vec3 ks = texelFetch(image_ks, p, 0).rgb;
     vec3 emission = texelFetch(image_emission, p, 0).rgb / frame.emission_scale;
-    vec3 diffuse = texelFetch(image_diffuse, p, 0).rgb;
-    vec3 specular = texelFetch(image_specular, p, 0).rgb;
-    return vec4(emission + (kd.rgb * diffuse + ks * specular) / frame.luminance_scale, kd.a);
+    return vec4(emission + (kd.rgb * light.diffuse + ks * light.specular) / frame.luminance_scale, kd.a);
 }

@@ -73,6 +73,9 @@ pub struct RenderArgs {
     /// How changed lighting is redrawn
     #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,
+    /// How the pixels of triangles are counted, which steers refinement
+    #[arg(long, value_name = "HOW", default_value = "histogram", help_heading = GPU)]
+    pub pixel_counts: PixelCounts,
     /// Milliseconds between two frames while the camera is still
     #[arg(long, value_name = "MS", allow_negative_numbers = true, default_value = "40", value_parser = values::milliseconds,
         help_heading = GPU)]
@@ -237,6 +240,17 @@ pub struct ReferenceArgs {
     /// How much is said.
     #[command(flatten)]
     pub verbosity: VerbosityArgs,
+}
+
+/// How the pixels of triangles are counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PixelCounts {
+    /// All of them with each picture, from an image of triangle ids
+    Histogram,
+    /// The largest changed ones, by occlusion queries
+    Query,
+    /// Not at all
+    Off,
 }
 
 /// Where in a pixel camera rays pass.

@@ -27,10 +27,11 @@ pub fn run(args: &InfoArgs) -> Result<Outcome> {
 fn describe(report: &DeviceReport) -> String {
     let DeviceReport { index, name, kind, driver, api_version, memory_mib, formats, .. } = report;
     let missing = if report.missing.is_empty() { "nothing".to_owned() } else { report.missing.join(", ") };
+    let queries = if report.precise_queries { "exact" } else { "not exact, pixels are counted by histogram" };
     let depth = formats.depth_stencil.as_deref().unwrap_or("none");
     format!(
         "{index}: {name} ({kind})\n   driver   {driver}, Vulkan {api_version}\n   memory   {memory_mib} MiB\n   \
-         missing  {missing}\n   formats  depth and stencil {depth}, ids {}, colour and luminance {}\n",
+         missing  {missing}\n   formats  depth and stencil {depth}, ids {}, colour and luminance {}\n   queries  {queries}\n",
         formats.id, formats.colour
     )
 }

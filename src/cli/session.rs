@@ -1,6 +1,6 @@
 //! The frame loop of a headless run: updates in, frames out, a log row each, until a budget is spent.
 
-use super::args::RenderArgs;
+use super::args::{PixelCounts, RenderArgs};
 use super::interrupt;
 use super::progress::Progress;
 use super::yardstick::Yardstick;
@@ -11,10 +11,17 @@ use crate::refine::engine::Counted;
 use crate::refine::thread::EngineThread;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::Display;
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// Work of a frame under `--deterministic`, rays.
 const RAYS_A_FRAME: u64 = 100_000;
+
+/// Frames between a count of pixels and the engine hearing of it under `--deterministic`.
+const COUNTS_LAG: usize = 2;
+
+/// Occlusion queries of a frame: 13 to 30 µs each on a software rasteriser.
+const QUERIES_A_FRAME: u32 = 128;
 
 /// A run in progress.
 pub struct Session<'a> {
@@ -59,8 +66,8 @@ struct Run {
     frames: u64,
     stats: EngineStats,
     generation: Option<u32>,
-    /// The last update drawn.
-    sequence: u64,
+    /// Counts that the engine has not heard of yet.
+    counted: VecDeque<Counted>,
     first_shown: Option<Instant>,
     complete_shown: Option<Instant>,
 }
@@ -83,7 +90,7 @@ impl Session<'_> {
             frames: 0,
             stats: EngineStats::default(),
             generation: None,
-            sequence: 0,
+            counted: VecDeque::new(),
             first_shown: None,
             complete_shown: None,
         };
@@ -109,7 +116,6 @@ impl Session<'_> {
                 moved = true;
             }
             run.stats = update.stats;
-            run.sequence = update.sequence;
             self.renderer.apply(&update)?;
         }
         Ok(moved)
@@ -131,7 +137,7 @@ impl Session<'_> {
         let mut updates: Vec<Update> = Vec::new();
         if run.generation.is_none() {
             updates.push(self.engine.wait().ok_or_else(engine_died)?);
-        } else if !run.stats.converged {
+        } else if !run.stats.converged && !self.renderer.has_pending() {
             updates.extend(self.engine.wait_for(due));
         }
         updates.extend(self.engine.drain().ok_or_else(engine_died)?);
@@ -147,7 +153,7 @@ impl Session<'_> {
             ("frames", budget.frames.is_some_and(|limit| run.frames + 1 >= limit)),
             ("rays", budget.rays.is_some_and(|limit| run.stats.rays >= limit)),
             ("error", budget.error.is_some_and(|limit| run.stats.estimated_error.is_some_and(|e| e <= limit))),
-            ("converged", run.stats.converged),
+            ("converged", run.stats.converged && !self.renderer.has_pending()),
         ];
         reached.iter().find(|(_, is)| *is).map(|(name, _)| *name)
     }
@@ -160,9 +166,10 @@ impl Session<'_> {
             full_luminance: moved,
             combine: combine.then_some(self.display),
             update_mode: self.args.update,
+            queries: if self.pixel_counts() == PixelCounts::Query { QUERIES_A_FRAME } else { 0 },
         };
         let passes = self.renderer.frame(&options)?;
-        self.engine.counted(Counted { sequence: run.sequence, pixels: None });
+        self.count(run, combine)?;
         let now = Instant::now();
         if combine {
             run.shown(now);
@@ -170,6 +177,31 @@ impl Session<'_> {
         self.log_row(run, moved, now, &passes, (combine, last))?;
         self.progress.update(run.first_frame.elapsed(), &run.stats);
         run.frames += 1;
+        Ok(())
+    }
+
+    /// As asked, or by histogram where the device's queries are not exact.
+    fn pixel_counts(&self) -> PixelCounts {
+        let precise = self.renderer.device().report().precise_queries;
+        if precise { self.args.pixel_counts } else { PixelCounts::Histogram }
+    }
+
+    /// Tells the engine what was drawn, with the pixels of the leaves: all of them with each picture, or those that queries
+    /// counted.
+    fn count(&mut self, run: &mut Run, combined: bool) -> Result<()> {
+        let Some(generation) = run.generation else { return Ok(()) };
+        let deterministic = self.args.engine.deterministic;
+        let pixels = match self.pixel_counts() {
+            PixelCounts::Histogram if combined || deterministic => Some(self.renderer.leaf_counts()?.leaves),
+            PixelCounts::Query => Some(self.renderer.query_counts().to_vec()),
+            PixelCounts::Histogram | PixelCounts::Off => None,
+        };
+        let complete = self.pixel_counts() == PixelCounts::Histogram;
+        let sequence = self.renderer.drawn_sequence();
+        run.counted.push_back(Counted { generation, sequence, pixels, complete });
+        let lag = if deterministic { COUNTS_LAG } else { 0 };
+        let heard = run.counted.len().saturating_sub(lag);
+        run.counted.drain(..heard).for_each(|counted| self.engine.counted(counted));
         Ok(())
     }
 

@@ -43,7 +43,13 @@ fn redraw(renderer: &mut Renderer, view: &View, display: Display, offset: Vec2) 
     renderer.set_view(view, offset);
     renderer.visibility()?;
     let update_mode = UpdateMode::Id;
-    renderer.frame(&FrameOptions { colour: true, full_luminance: true, combine: Some(display), update_mode })?;
+    renderer.frame(&FrameOptions {
+        colour: true,
+        full_luminance: true,
+        combine: Some(display),
+        update_mode,
+        queries: 0,
+    })?;
     renderer.read_layers()
 }
 

@@ -28,6 +28,17 @@ impl Projector {
         Self { clip_from_world: view.clip_from_world(jitter), near: view.near, size: view.size }
     }
 
+    /// Pixels that a triangle covers, hidden or not; infinite if a corner lies before the near plane.
+    pub(super) fn area(&self, corners: [Vec3; 3]) -> f32 {
+        let clip = corners.map(|p| self.clip_from_world * p.extend(1.0));
+        if clip.iter().any(|c| c.w <= self.near) {
+            return f32::INFINITY;
+        }
+        let size = Vec2::new(self.size.width as f32, self.size.height as f32);
+        let [a, b, c] = clip.map(|c| Vec2::new(c.x, c.y) / c.w * 0.5 * size);
+        0.5 * (b - a).perp_dot(c - a).abs()
+    }
+
     /// The cells that the hull of `points` may touch; all of them if a point lies before the near plane.
     pub(super) fn cells(&self, points: impl IntoIterator<Item = Vec3>) -> Cells {
         let last = Vec2::new(self.size.width as f32 - 1.0, self.size.height as f32 - 1.0);

@@ -1,11 +1,13 @@
 //! The frame, from what changed to the picture.
 
 use super::colouring::Projector;
-use super::plan::{Plan, Visible};
+use super::mesh::Batch;
+use super::plan::{Plan, Visible, choose_counted};
 use super::renderer::Renderer;
 use super::scene_buffers::fitting_scale;
 use super::shared::FrameUniform;
 use crate::error::Result;
+use crate::refine::update::LeafId;
 use crate::scene::Display;
 use crate::vk::timestamp::PassTimes;
 
@@ -44,7 +46,13 @@ pub struct FrameOptions {
     pub combine: Option<Display>,
     /// How patches are drawn.
     pub update_mode: UpdateMode,
+    /// Leaves whose pixels are counted by occlusion queries as they change, at most (0 without precise queries): each
+    /// costs a draw of its own.
+    pub queries: u32,
 }
+
+/// Leaves of patches drawn in a frame, at most; others wait for the next. Half of a frame at 30 Hz on a software rasteriser.
+const LEAVES_A_FRAME: usize = 8192;
 
 /// What a frame did. Times are on the device's clock, since the frame before; a pass that did not run has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,7 +67,7 @@ pub struct FrameStats {
     pub combine_ms: Option<f64>,
     /// Milliseconds of copies to the host.
     pub readback_ms: Option<f64>,
-    /// Patches applied since the frame before.
+    /// Patches drawn.
     pub patches: u32,
     /// Leaves drawn.
     pub leaves_drawn: u32,
@@ -70,7 +78,7 @@ pub struct FrameStats {
 }
 
 impl FrameStats {
-    fn new(times: &PassTimes, patches: u32, plan: &Plan) -> Self {
+    fn new(times: &PassTimes, patches: u32, plan: &Plan, counts: &[(LeafId, u32)]) -> Self {
         Self {
             visibility_ms: times.ms("visibility"),
             colour_ms: times.ms("colour"),
@@ -79,8 +87,8 @@ impl FrameStats {
             readback_ms: times.ms("readback"),
             patches,
             leaves_drawn: plan.leaves_drawn,
-            queries: 0,
-            query_pixels: 0,
+            queries: counts.len() as u32,
+            query_pixels: counts.iter().map(|&(_, pixels)| u64::from(pixels)).sum(),
         }
     }
 }
@@ -93,20 +101,26 @@ impl Renderer {
     pub fn frame(&mut self, options: &FrameOptions) -> Result<FrameStats> {
         let (mut plan, patches) = self.plan(options);
         self.send(&mut plan, options.combine)?;
-        let Self { commands, passes, bindings, targets, .. } = self;
+        let Self { commands, passes, bindings, targets, queries, .. } = self;
         let mut recording = commands.begin()?;
         if options.colour {
             recording.pass("colour", |pass| passes.colour.record(pass, bindings, targets));
         }
         if plan.clear || !plan.steps.is_empty() {
-            recording.pass("luminance", |pass| passes.luminance.record(pass, bindings, targets, &plan));
+            recording
+                .pass("luminance", |pass| passes.luminance.record(pass, bindings, targets, &plan, queries.as_ref()));
         }
         if options.combine.is_some() {
             recording.pass("combine", |pass| passes.combine.record(pass, bindings, targets));
         }
         let times = recording.submit()?;
         self.times.extend(times);
-        Ok(FrameStats::new(&std::mem::take(&mut self.times), patches, &plan))
+        self.query_counts.clear();
+        if let Some(queries) = &self.queries {
+            let pixels = queries.read(plan.queried.len() as u32)?;
+            self.query_counts.extend(plan.queried.iter().map(|&(leaf, _)| LeafId(leaf)).zip(pixels));
+        }
+        Ok(FrameStats::new(&std::mem::take(&mut self.times), patches, &plan, &self.query_counts))
     }
 
     /// What the luminance pass draws, and the number of patches in it.
@@ -122,12 +136,13 @@ impl Renderer {
             let patches = self.mesh.take_full();
             return (Plan::full(&self.mesh, &visible), patches);
         }
-        let (batches, patches) = self.mesh.take_pending();
+        let mut batches = self.mesh.take_pending(LEAVES_A_FRAME);
+        let patches = batches.iter().map(Batch::patches).sum();
+        let projector = Projector::new(&self.view, self.jitter);
+        let queries = self.queries.as_ref().map_or(0, |queries| queries.capacity().min(options.queries));
+        choose_counted(&mut batches, &self.mesh, &visible, &projector, queries as usize);
         let plan = match mode {
-            UpdateMode::Stencil => {
-                let projector = Projector::new(&self.view, self.jitter);
-                Plan::stencil(&self.mesh, &visible, &batches, &projector, self.targets.size)
-            }
+            UpdateMode::Stencil => Plan::stencil(&self.mesh, &visible, &batches, &projector, self.targets.size),
             UpdateMode::Id => {
                 self.depth_is_current &= batches.is_empty();
                 Plan::on_face(&self.mesh, &visible, &batches)

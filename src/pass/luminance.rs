@@ -6,11 +6,11 @@ use super::visibility::NEARER;
 use crate::error::Result;
 use crate::vk::commands::{Draws, Load};
 use crate::vk::pipeline::{DepthStencil, PipelineDesc};
-use crate::vk::report::COLOUR_FORMAT;
-use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
+use crate::vk::report::{COLOUR_FORMAT, ID_FORMAT};
+use crate::vk::{Bindings, Device, OcclusionQueries, Pass, Pipeline, shaders};
 use ash::vk::{CompareOp, StencilOp};
 
-/// The pass of that name. Depth and stencil state are dynamic: three pipelines serve all update modes.
+/// The pass of that name. Depth and stencil state are dynamic: four pipelines serve all update modes.
 pub(super) struct Luminance {
     /// All fragments that pass the tests.
     plain: Pipeline,
@@ -18,6 +18,8 @@ pub(super) struct Luminance {
     on_face: Pipeline,
     /// Depth and stencil only.
     mark: Pipeline,
+    /// Depth only, where the id image shows nothing.
+    background: Pipeline,
 }
 
 impl Luminance {
@@ -25,26 +27,45 @@ impl Luminance {
         let plain = PipelineDesc {
             vertex: shaders::LUMINANCE_VERT,
             fragment: Some(shaders::LUMINANCE_FRAG),
-            colour: &[COLOUR_FORMAT; 2],
+            colour: &[COLOUR_FORMAT, COLOUR_FORMAT, ID_FORMAT],
             depth_stencil: Some(device.depth_stencil_format()),
             writes_colour: true,
         };
         let on_face = PipelineDesc { fragment: Some(shaders::LUMINANCE_ON_FACE_FRAG), ..plain };
         let mark = PipelineDesc { vertex: shaders::MARK_VERT, fragment: None, writes_colour: false, ..plain };
+        let background =
+            PipelineDesc { vertex: shaders::FULLSCREEN_VERT, fragment: Some(shaders::BACKGROUND_FRAG), ..mark };
         Ok(Self {
             plain: Pipeline::new(device, "luminance", bindings, &plain)?,
             on_face: Pipeline::new(device, "luminance on face", bindings, &on_face)?,
             mark: Pipeline::new(device, "luminance mark", bindings, &mark)?,
+            background: Pipeline::new(device, "background", bindings, &background)?,
         })
     }
 
     /// Records the draws of a plan.
-    pub(super) fn record<'a>(&'a self, pass: &Pass<'a>, bindings: &'a Bindings, targets: &'a Targets, plan: &Plan) {
+    pub(super) fn record<'a>(
+        &'a self,
+        pass: &Pass<'a>,
+        bindings: &'a Bindings,
+        targets: &'a Targets,
+        plan: &Plan,
+        queries: Option<&'a OcclusionQueries>,
+    ) {
+        if let Some(queries) = queries.filter(|_| !plan.queried.is_empty()) {
+            pass.reset_queries(queries);
+        }
         let load = if plan.clear { Load::Clear } else { Load::Keep };
-        let images = [&targets.diffuse, &targets.specular];
+        let images = [&targets.diffuse, &targets.specular, &targets.leaf_ids];
         pass.render(&images, Some(&targets.luminance_depth), load, |draws| {
-            for &step in &plan.steps {
-                self.step(draws, bindings, step);
+            let mut queried = (0..).zip(&plan.queried).peekable();
+            for (number, &step) in plan.steps.iter().enumerate() {
+                match (queries, queried.next_if(|(_, (_, counted))| *counted == number)) {
+                    (Some(queries), Some((query, _))) => {
+                        draws.counted(queries, query, || self.step(draws, bindings, step));
+                    }
+                    _ => self.step(draws, bindings, step),
+                }
             }
         });
     }
@@ -55,6 +76,7 @@ impl Luminance {
         let (pipeline, state, (first, count)) = match step {
             Step::ClearStencil => return draws.clear_stencil(),
             Step::Full { leaves, on_face } => (unless_masked(on_face), NEARER, leaves),
+            Step::Background => (&self.background, NEARER, (0, 1)),
             Step::Values { leaves, on_face } => (unless_masked(on_face), depth(CompareOp::EQUAL, false, None), leaves),
             Step::OnFace { leaves, depth: write } => (&self.on_face, depth(CompareOp::ALWAYS, write, None), leaves),
             Step::Mark { triangles, reference } => {

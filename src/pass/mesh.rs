@@ -8,14 +8,14 @@ use crate::vk::Device;
 use glam::Vec3;
 use std::ops::Range;
 
-/// No place, no batch.
-const NOWHERE: u32 = u32::MAX;
+/// No batch.
+const NEVER: u32 = u32::MAX;
 
 /// Where a leaf stands.
 #[derive(Clone, Copy)]
 struct LeafState {
-    /// Place in `drawn`.
-    place: u32,
+    /// Whether it is part of the mesh.
+    drawn: bool,
     /// Serial of the batch that draws it anew.
     new_in: u32,
     /// Serial of the batch that draws its new values.
@@ -23,7 +23,7 @@ struct LeafState {
 }
 
 impl LeafState {
-    const NONE: Self = Self { place: NOWHERE, new_in: NOWHERE, values_in: NOWHERE };
+    const NONE: Self = Self { drawn: false, new_in: NEVER, values_in: NEVER };
 }
 
 /// A patch whose triangles change.
@@ -33,9 +33,11 @@ pub(super) struct PendingPatch {
     pub old: Vec<[Vec3; 3]>,
     /// Leaves to draw now: a range of [`Batch::new`].
     pub new: Range<usize>,
+    /// Whether the pixels of each new leaf are counted by a query.
+    pub counted: bool,
 }
 
-/// Patches that can be drawn together: none draws over what another of them must find.
+/// Patches that can be drawn together: none draws over what another of them must find. Values come first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
     /// Leaves of patches with `old == new`: same triangles, other values.
@@ -44,18 +46,45 @@ pub(super) struct Batch {
     pub new: Vec<u32>,
     /// Patches of those leaves.
     pub patches: Vec<PendingPatch>,
+    /// The update that it began with.
+    first_sequence: u64,
+}
+
+impl Batch {
+    /// Number of patches.
+    pub(super) fn patches(&self) -> u32 {
+        (self.values.len() + self.patches.len()) as u32
+    }
+
+    fn leaves(&self) -> usize {
+        self.values.len() + self.new.len()
+    }
+
+    /// Splits off the first leaves, about `budget` of them, whole patches only.
+    fn split_off_front(&mut self, budget: usize) -> Self {
+        let values = self.values.drain(..budget.min(self.values.len())).collect::<Vec<_>>();
+        let left = budget - values.len();
+        let count = self.patches.partition_point(|patch| patch.new.end <= left);
+        let patches: Vec<_> = self.patches.drain(..count).collect();
+        let leaves = patches.last().map_or(0, |patch| patch.new.end);
+        for patch in &mut self.patches {
+            patch.new = patch.new.start - leaves..patch.new.end - leaves;
+        }
+        let new = self.new.drain(..leaves).collect();
+        Self { values, new, patches, first_sequence: self.first_sequence }
+    }
 }
 
 /// The mesh with its mirrors on the device.
 pub(super) struct LuminanceMesh {
     pub slots: Mirror<GpuSlot>,
     pub leaves: Mirror<GpuLeaf>,
-    drawn: Vec<u32>,
     states: Vec<LeafState>,
     batches: Vec<Batch>,
     /// Serial of the last batch.
     serial: u32,
-    patches: u32,
+    /// Number of the last update.
+    sequence: u64,
     /// Largest D or S written since the last reset, for the scale of the attachments.
     max_value: f32,
     /// Only a full draw can follow.
@@ -67,11 +96,10 @@ impl LuminanceMesh {
         Ok(Self {
             slots: Mirror::new(device, "slots")?,
             leaves: Mirror::new(device, "leaves")?,
-            drawn: Vec::new(),
             states: Vec::new(),
             batches: Vec::new(),
             serial: 0,
-            patches: 0,
+            sequence: 0,
             max_value: 0.0,
             needs_full: true,
         })
@@ -79,16 +107,20 @@ impl LuminanceMesh {
 
     /// Forgets which leaves are drawn; slots and leaves stay.
     pub(super) fn reset(&mut self) {
-        self.drawn.clear();
         self.states.fill(LeafState::NONE);
         self.needs_full = true;
         self.max_value = 0.0;
-        self.take_pending();
+        self.drop_pending();
     }
 
-    /// Leaves that are drawn now, in no order.
-    pub(super) fn drawn(&self) -> &[u32] {
-        &self.drawn
+    /// The leaves that make up the mesh, in ascending order.
+    pub(super) fn drawn(&self) -> impl Iterator<Item = u32> {
+        (0..).zip(&self.states).filter(|(_, state)| state.drawn).map(|(leaf, _)| leaf)
+    }
+
+    /// Whether a leaf is part of the mesh.
+    pub(super) fn is_drawn(&self, leaf: u32) -> bool {
+        self.states.get(leaf as usize).is_some_and(|state| state.drawn)
     }
 
     pub(super) const fn max_value(&self) -> f32 {
@@ -100,7 +132,13 @@ impl LuminanceMesh {
     }
 
     pub(super) fn has_pending(&self) -> bool {
-        !self.batches.is_empty()
+        self.batches.iter().any(|batch| batch.leaves() > 0)
+    }
+
+    /// The last update of which nothing waits.
+    pub(super) fn drawn_sequence(&self) -> u64 {
+        let waiting = self.batches.iter().find(|batch| batch.leaves() > 0);
+        waiting.map_or(self.sequence, |batch| batch.first_sequence.saturating_sub(1))
     }
 
     /// Corner positions of a leaf.
@@ -108,20 +146,48 @@ impl LuminanceMesh {
         self.leaves.get(leaf).slots.map(|s| self.slots.get(s).position)
     }
 
-    /// What waits to be drawn, and the number of patches in it; a draw follows.
-    pub(super) fn take_pending(&mut self) -> (Vec<Batch>, u32) {
-        self.serial += 1;
-        (std::mem::take(&mut self.batches), std::mem::take(&mut self.patches))
+    /// What has waited longest, about `budget` leaves of it; a draw follows.
+    pub(super) fn take_pending(&mut self, budget: usize) -> Vec<Batch> {
+        let mut left = budget;
+        let whole = self.batches.iter().take_while(|batch| match left.checked_sub(batch.leaves()) {
+            Some(rest) => {
+                left = rest;
+                true
+            }
+            None => false,
+        });
+        let whole = whole.count();
+        let mut taken: Vec<Batch> = self.batches.drain(..whole).collect();
+        match self.batches.first_mut() {
+            Some(batch) => {
+                let part = batch.split_off_front(left);
+                // A patch larger than all there is room for goes alone.
+                let first = batch.patches.first().filter(|_| part.leaves() == 0 && taken.is_empty());
+                let alone = first.map(|patch| patch.new.end);
+                taken.push(alone.map_or(part, |leaves| batch.split_off_front(leaves)));
+                // What is drawn of the last batch may change again: later changes wait in another.
+                self.start_batch();
+            }
+            None => self.serial += 1,
+        }
+        taken
     }
 
-    /// A full draw follows.
+    /// Forgets what waits.
+    fn drop_pending(&mut self) -> u32 {
+        self.serial += 1;
+        self.batches.drain(..).map(|batch| batch.patches()).sum()
+    }
+
+    /// A full draw follows; returns the number of patches that it spares.
     pub(super) fn take_full(&mut self) -> u32 {
         self.needs_full = false;
-        self.take_pending().1
+        self.drop_pending()
     }
 
     /// Takes a batch of changes in: slots, leaves, then patches. Old triangles are read before they are overwritten.
     pub(super) fn apply(&mut self, update: &Update) -> Result<()> {
+        self.sequence = update.sequence;
         let mut structural = Vec::new();
         for patch in &update.patches {
             let (old, new) = (leaf_ids(update, &patch.old)?, leaf_ids(update, &patch.new)?);
@@ -136,7 +202,6 @@ impl LuminanceMesh {
             self.define(id.0, GpuLeaf::from(leaf));
         }
         for (patch, old_corners) in update.patches.iter().zip(structural) {
-            self.patches += 1;
             match old_corners {
                 Some(corners) => self.replace(update, patch, corners)?,
                 None => leaf_ids(update, &patch.new)?.iter().for_each(|l| self.refresh(l.0)),
@@ -157,7 +222,7 @@ impl LuminanceMesh {
         let known = self.leaves.get(id);
         let first_batch = self.serial + 1 - self.batches.len() as u32;
         let new_in = self.state(id).new_in;
-        if leaf != known && new_in != NOWHERE && new_in >= first_batch && self.has_pending() {
+        if leaf != known && new_in != NEVER && new_in >= first_batch && self.has_pending() {
             // The leaf was recycled before it was drawn: its batch can no longer be.
             self.needs_full = true;
         }
@@ -175,7 +240,7 @@ impl LuminanceMesh {
 
     fn start_batch(&mut self) {
         self.serial += 1;
-        self.batches.push(Batch::default());
+        self.batches.push(Batch { first_sequence: self.sequence, ..Batch::default() });
     }
 
     /// The values of a leaf changed, its triangle did not.
@@ -183,7 +248,7 @@ impl LuminanceMesh {
         self.batch();
         let serial = self.serial;
         let state = self.state(leaf);
-        if state.place == NOWHERE || state.new_in == serial || state.values_in == serial {
+        if !state.drawn || state.new_in == serial || state.values_in == serial {
             return;
         }
         state.values_in = serial;
@@ -199,37 +264,18 @@ impl LuminanceMesh {
             // What it marks is drawn only by this batch.
             self.start_batch();
         }
-        gone.iter().for_each(|l| self.remove(l.0));
+        gone.iter().for_each(|l| self.state(l.0).drawn = false);
         let serial = self.serial;
         let new = leaf_ids(update, &patch.new)?;
         for leaf in new {
-            self.insert(leaf.0);
-            self.state(leaf.0).new_in = serial;
+            let state = self.state(leaf.0);
+            (state.drawn, state.new_in) = (true, serial);
         }
         let batch = self.batch();
         let start = batch.new.len();
         batch.new.extend(new.iter().map(|l| l.0));
-        batch.patches.push(PendingPatch { old, new: start..start + new.len() });
+        batch.patches.push(PendingPatch { old, new: start..start + new.len(), counted: false });
         Ok(())
-    }
-
-    fn insert(&mut self, leaf: u32) {
-        let place = self.drawn.len() as u32;
-        let state = self.state(leaf);
-        if state.place == NOWHERE {
-            state.place = place;
-            self.drawn.push(leaf);
-        }
-    }
-
-    fn remove(&mut self, leaf: u32) {
-        let place = std::mem::replace(&mut self.state(leaf).place, NOWHERE);
-        if place != NOWHERE {
-            self.drawn.swap_remove(place as usize);
-            if let Some(&moved) = self.drawn.get(place as usize) {
-                self.state(moved).place = place;
-            }
-        }
     }
 }
 

@@ -5,8 +5,11 @@ use crate::vk::buffer::BufferUse;
 use crate::vk::{Buffer, Device};
 use bytemuck::{Pod, Zeroable};
 
-/// Elements a chunk, the unit of what is sent: 40 KiB of slots.
-const CHUNK: usize = 1024;
+/// Elements a chunk, the unit of what is sent: 2.5 KiB of slots. Changes are scattered, so larger chunks send mostly what
+/// has not changed.
+const CHUNK: usize = 64;
+/// Elements that the first buffer holds.
+const CAPACITY: usize = 4096;
 
 /// A growing array with its copy on the device.
 pub(super) struct Mirror<T> {
@@ -19,7 +22,7 @@ pub(super) struct Mirror<T> {
 
 impl<T: Pod + PartialEq> Mirror<T> {
     pub(super) fn new(device: &Device, name: &'static str) -> Result<Self> {
-        let buffer = Buffer::new(device, name, (CHUNK * size_of::<T>()) as u64, BufferUse::Stream)?;
+        let buffer = Buffer::new(device, name, (CAPACITY * size_of::<T>()) as u64, BufferUse::Stream)?;
         Ok(Self { name, items: Vec::new(), dirty: Vec::new(), buffer })
     }
 

@@ -9,6 +9,7 @@ mod frame;
 mod luminance;
 mod mesh;
 mod mirror;
+mod pixel_counts;
 mod plan;
 mod readback;
 mod renderer;
@@ -19,5 +20,6 @@ mod visibility;
 mod warm_up;
 
 pub use frame::{FrameOptions, FrameStats, UpdateMode};
+pub use pixel_counts::LeafCounts;
 pub use readback::Layers;
 pub use renderer::Renderer;

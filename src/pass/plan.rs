@@ -10,6 +10,8 @@ use glam::Vec3;
 pub(super) enum Step {
     /// Leaves by depth, nearest wins; `on_face`: only where the id image shows the leaf's face.
     Full { leaves: (u32, u32), on_face: bool },
+    /// Depth to the background, where there is none.
+    Background,
     /// Leaves drawn before, with other values: depth EQUAL.
     Values { leaves: (u32, u32), on_face: bool },
     /// Leaves where the id image shows their face; `depth`: written too.
@@ -22,6 +24,35 @@ pub(super) enum Step {
     Marked { leaves: (u32, u32), reference: u32 },
 }
 
+/// Has the pixels of those new leaves counted that cover most of the image, whole patches of `budget` leaves together: where
+/// much is at stake it pays to know how much of it is seen.
+pub(super) fn choose_counted(
+    batches: &mut [Batch],
+    mesh: &LuminanceMesh,
+    visible: &Visible<'_>,
+    projector: &Projector,
+    budget: usize,
+) {
+    let mut candidates = Vec::new();
+    for (b, batch) in batches.iter().enumerate().filter(|_| budget > 0) {
+        for (p, patch) in batch.patches.iter().enumerate().filter(|(_, patch)| !patch.old.is_empty()) {
+            let leaves = &batch.new[patch.new.clone()];
+            if leaves.iter().any(|&l| visible.shows(mesh, l)) {
+                let area: f32 = leaves.iter().map(|&l| projector.area(mesh.corners(l))).sum();
+                candidates.push((area, b, p));
+            }
+        }
+    }
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+    let mut left = budget;
+    for (_, b, p) in candidates {
+        let patch = &mut batches[b].patches[p];
+        let Some(rest) = left.checked_sub(patch.new.len()) else { return };
+        patch.counted = true;
+        left = rest;
+    }
+}
+
 /// The draws of a frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Plan {
@@ -31,6 +62,8 @@ pub(super) struct Plan {
     pub marks: Vec<Vec3>,
     /// The draws.
     pub steps: Vec<Step>,
+    /// Leaves whose pixels are counted by queries, in the order of the queries, each with the number of its step.
+    pub queried: Vec<(u32, usize)>,
     /// Whether the images are cleared first.
     pub clear: bool,
     /// Leaves drawn, all steps together.
@@ -67,9 +100,7 @@ impl Plan {
     pub(super) fn full(mesh: &LuminanceMesh, visible: &Visible<'_>) -> Self {
         let mut plan = Self { clear: true, ..Self::default() };
         // By id, so that equal depths resolve alike however the set came about.
-        let mut leaves = mesh.drawn().to_vec();
-        leaves.sort_unstable();
-        leaves.retain(|&l| visible.shows(mesh, l));
+        let leaves: Vec<u32> = mesh.drawn().filter(|&l| visible.shows(mesh, l)).collect();
         if visible.all_have_leaves(mesh, &leaves) {
             plan.split_by_mask(mesh, visible, leaves, |leaves, on_face| Step::Full { leaves, on_face });
         } else {
@@ -77,16 +108,44 @@ impl Plan {
             let leaves = plan.extend(leaves);
             plan.draw(leaves, Step::Full { leaves, on_face: true });
         }
+        plan.steps.push(Step::Background);
         plan
     }
 
     /// All that changed, in order, each leaf where the id image shows its face.
     pub(super) fn on_face(mesh: &LuminanceMesh, visible: &Visible<'_>, batches: &[Batch]) -> Self {
         let mut plan = Self::default();
-        let changed = batches.iter().flat_map(|b| b.values.iter().chain(&b.new)).copied();
-        let leaves = plan.extend(changed.filter(|&l| visible.shows(mesh, l)));
-        plan.draw(leaves, Step::OnFace { leaves, depth: false });
+        let mut first = 0;
+        for batch in batches {
+            let of = |counted: bool| {
+                let patches = batch.patches.iter().filter(move |p| p.counted == counted);
+                patches.flat_map(|p| &batch.new[p.new.clone()]).copied().filter(|&l| visible.shows(mesh, l))
+            };
+            let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
+            plan.extend(values.chain(of(false)));
+            if of(true).next().is_some() {
+                plan.draw_on_face_from(first);
+                plan.draw_counted(of(true), |leaves| Step::OnFace { leaves, depth: false });
+                first = plan.list.len() as u32;
+            }
+        }
+        plan.draw_on_face_from(first);
         plan
+    }
+
+    /// What was listed since `first` is drawn where the id image shows its face.
+    fn draw_on_face_from(&mut self, first: u32) {
+        let leaves = (first, self.list.len() as u32 - first);
+        self.draw(leaves, Step::OnFace { leaves, depth: false });
+    }
+
+    /// A draw and a query for each leaf.
+    fn draw_counted(&mut self, leaves: impl IntoIterator<Item = u32>, step: impl Fn((u32, u32)) -> Step) {
+        for leaf in leaves {
+            let range = self.extend([leaf]);
+            self.queried.push((leaf, self.steps.len()));
+            self.steps.push(step(range));
+        }
     }
 
     /// The paper's way: old triangles mark, new ones draw where they did.
@@ -99,7 +158,8 @@ impl Plan {
     ) -> Self {
         let mut plan = Self::default();
         for batch in batches {
-            plan.split_by_mask(mesh, visible, batch.values.clone(), |leaves, on_face| Step::Values { leaves, on_face });
+            let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
+            plan.split_by_mask(mesh, visible, values, |leaves, on_face| Step::Values { leaves, on_face });
             // Nothing was drawn yet that could be marked.
             let fresh = batch.patches.iter().filter(|p| p.old.is_empty()).flat_map(|p| &batch.new[p.new.clone()]);
             let leaves = plan.extend(fresh.copied().filter(|&l| visible.shows(mesh, l)));
@@ -141,8 +201,13 @@ impl Plan {
             self.draw(triangles, Step::Mark { triangles, reference });
         }
         for (reference, patches) in (1..).zip(&by_colour) {
-            let leaves = self.extend(patches.iter().flat_map(|p| batch.new[p.new.clone()].iter().copied()));
+            let of = |counted: bool| {
+                let patches = patches.iter().filter(move |p| p.counted == counted);
+                patches.flat_map(|p| batch.new[p.new.clone()].iter().copied())
+            };
+            let leaves = self.extend(of(false));
             self.draw(leaves, Step::Marked { leaves, reference });
+            self.draw_counted(of(true), |leaves| Step::Marked { leaves, reference });
         }
         waiting
     }
@@ -152,10 +217,9 @@ impl Plan {
         &mut self,
         mesh: &LuminanceMesh,
         visible: &Visible<'_>,
-        mut leaves: Vec<u32>,
+        leaves: impl IntoIterator<Item = u32>,
         step: impl Fn((u32, u32), bool) -> Step,
     ) {
-        leaves.retain(|&l| visible.shows(mesh, l));
         let (masked, opaque): (Vec<u32>, Vec<u32>) = leaves.into_iter().partition(|&l| visible.has_mask(mesh, l));
         for (list, on_face) in [(opaque, false), (masked, true)] {
             let range = self.extend(list);

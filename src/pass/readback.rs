@@ -23,10 +23,12 @@ pub struct Layers {
     pub s: Vec<[f32; 3]>,
     /// Face id + 1; 0 without geometry.
     pub face_id: Vec<u32>,
+    /// Leaf id + 1; 0 where no leaf was drawn.
+    pub leaf_id: Vec<u32>,
 }
 
-/// Bytes a pixel of each copied image: linear, L_e, k_d, k_s, D, S, ids.
-const LAYER_BYTES: [u64; 7] = [16, 8, 8, 8, 8, 8, 4];
+/// Bytes a pixel of each copied image: linear, L_e, k_d, k_s, D, S, ids of faces and of leaves.
+const LAYER_BYTES: [u64; 8] = [16, 8, 8, 8, 8, 8, 4, 4];
 
 /// A host-visible buffer that holds all layers of a frame at once.
 pub(super) struct ReadBack {
@@ -44,13 +46,19 @@ impl ReadBack {
         pass.copy_image(&targets.ids, &self.buffer, 0);
     }
 
+    pub(super) fn record_leaf_ids<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
+        pass.copy_image(&targets.leaf_ids, &self.buffer, 0);
+    }
+
     pub(super) fn record_display<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
         pass.copy_image(&targets.display, &self.buffer, 0);
     }
 
     pub(super) fn record_layers<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
-        let [ids, kd, ks, emission, diffuse, specular] = targets.sampled();
-        let images = [&targets.linear, emission, kd, ks, diffuse, specular, ids];
+        let (emission, kd, ks, ids) = (&targets.emission, &targets.kd, &targets.ks, &targets.ids);
+        let leaves = &targets.leaf_ids;
+        let images =
+            [&targets.linear, emission, kd, ks, &targets.filled_diffuse, &targets.filled_specular, ids, leaves];
         for (number, image) in images.into_iter().enumerate() {
             pass.copy_image(image, &self.buffer, self.offset(number));
         }
@@ -60,8 +68,9 @@ impl ReadBack {
         LAYER_BYTES[..layer].iter().sum::<u64>() * self.pixels as u64
     }
 
-    pub(super) fn ids(&self) -> Result<Vec<u32>> {
-        self.buffer.read(0, self.pixels)
+    /// What [`Self::record_ids`] or [`Self::record_leaf_ids`] copied.
+    pub(super) fn ids(&self) -> Result<&[u32]> {
+        self.buffer.view(0, self.pixels)
     }
 
     pub(super) fn display(&self) -> Result<Vec<[u8; 4]>> {
@@ -78,6 +87,7 @@ impl ReadBack {
             d: self.colour(4, luminance_scale)?,
             s: self.colour(5, luminance_scale)?,
             face_id: self.buffer.read(self.offset(6), self.pixels)?,
+            leaf_id: self.buffer.read(self.offset(7), self.pixels)?,
         })
     }
 

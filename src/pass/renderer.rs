@@ -5,6 +5,7 @@ use super::combine::Combine;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
 use super::mirror::Mirror;
+use super::pixel_counts::{Histogram, LeafCounts};
 use super::readback::{Layers, ReadBack};
 use super::scene_buffers::SceneBuffers;
 use super::shared::FrameUniform;
@@ -12,14 +13,17 @@ use super::targets::Targets;
 use super::visibility::{Visibility, count_pixels};
 use super::warm_up;
 use crate::error::Result;
-use crate::refine::update::Update;
+use crate::refine::update::{LeafId, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{FaceId, Scene};
 use crate::vk::buffer::BufferUse;
 use crate::vk::timestamp::PassTimes;
-use crate::vk::{Bindings, Buffer, Commands, Device};
+use crate::vk::{Bindings, Buffer, Commands, Device, OcclusionQueries};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
+
+/// Queries that a frame may ask for.
+const MAX_QUERIES: u32 = 1024;
 
 /// The passes.
 pub(super) struct Passes {
@@ -57,6 +61,8 @@ pub struct Renderer {
     pub(super) jitter: Vec2,
     /// Width of the square that textures are filtered over, pixels.
     pub(super) filter_width: f32,
+    /// Face of each pixel plus 1 when visibility was last drawn.
+    face_ids: Vec<u32>,
     /// Whether each face had pixels when visibility was last drawn.
     pub(super) visible: Vec<bool>,
     /// What stored D and S are multiplied by to fit half range.
@@ -65,6 +71,10 @@ pub struct Renderer {
     pub(super) depth_is_current: bool,
     /// Whether depth EQUAL finds what was drawn; by self-test.
     pub(super) stencil_works: bool,
+    histogram: Histogram,
+    /// Where the device counts exactly.
+    pub(super) queries: Option<OcclusionQueries>,
+    pub(super) query_counts: Vec<(LeafId, u32)>,
     /// Passes run since the last frame's statistics.
     pub(super) times: PassTimes,
     /// Last, so that it goes after everything made from it.
@@ -97,10 +107,14 @@ impl Renderer {
             view: View::new(&camera, miniature, 1.0),
             jitter: Vec2::ZERO,
             filter_width: 1.0,
+            face_ids: Vec::new(),
             visible: Vec::new(),
             luminance_scale: 1.0,
             depth_is_current: false,
             stencil_works: true,
+            histogram: Histogram::default(),
+            queries: OcclusionQueries::new(&device, "patch pixels", MAX_QUERIES)?,
+            query_counts: Vec::new(),
             times: PassTimes::default(),
             targets,
             uniform,
@@ -133,6 +147,7 @@ impl Renderer {
         self.scene = SceneBuffers::new(&self.device, &mut self.commands, scene)?;
         self.mesh = LuminanceMesh::new(&self.device)?;
         self.visible.clear();
+        self.face_ids.clear();
         Ok(())
     }
 
@@ -150,6 +165,7 @@ impl Renderer {
         self.targets = targets;
         self.bindings.bind_images(&self.targets.sampled());
         self.depth_is_current = false;
+        self.face_ids.clear();
         Ok(())
     }
 
@@ -179,14 +195,16 @@ impl Renderer {
         let times = recording.submit()?;
         self.times.extend(times);
         let faces = 2 * self.scene.masked.len();
-        let counts = count_pixels(&self.read_back.ids()?, faces);
+        self.face_ids.clear();
+        self.face_ids.extend_from_slice(self.read_back.ids()?);
+        let counts = count_pixels(&self.face_ids, faces);
         self.visible.clear();
         self.visible.resize(faces, false);
         counts.iter().for_each(|(face, _)| self.visible[face.0 as usize] = true);
         Ok(counts)
     }
 
-    /// Takes changes in; they are drawn by the next frame.
+    /// Takes changes in; they are drawn by the next frame, or by several if they are many.
     ///
     /// # Errors
     /// [`crate::error::Error::Internal`] for an update that contradicts itself.
@@ -197,6 +215,37 @@ impl Renderer {
     /// Forgets which leaves are drawn (a new camera generation sends them again); their slots stay.
     pub fn reset_leaves(&mut self) {
         self.mesh.reset();
+    }
+
+    /// Pixels of each leaf as the luminance images stand.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    pub fn leaf_counts(&mut self) -> Result<LeafCounts> {
+        let Self { commands, targets, read_back, .. } = self;
+        let mut recording = commands.begin()?;
+        recording.pass("readback", |pass| read_back.record_leaf_ids(pass, targets));
+        let times = recording.submit()?;
+        self.times.extend(times);
+        Ok(self.histogram.count(self.read_back.ids()?, &self.face_ids, &self.mesh))
+    }
+
+    /// What the queries of the last frame counted, in the order drawn: leaves with the pixels that each was drawn to.
+    #[must_use]
+    pub fn query_counts(&self) -> &[(LeafId, u32)] {
+        &self.query_counts
+    }
+
+    /// Whether changes wait for the next frame.
+    #[must_use]
+    pub fn has_pending(&self) -> bool {
+        self.mesh.has_pending()
+    }
+
+    /// Number of the last update that the images show completely.
+    #[must_use]
+    pub fn drawn_sequence(&self) -> u64 {
+        self.mesh.drawn_sequence()
     }
 
     /// The displayed picture of the last frame that combined: sRGB, A is the coverage.

@@ -17,16 +17,21 @@ pub(super) struct Targets {
     pub ks: Image,
     /// L_e times the emission scale.
     pub emission: Image,
-    /// D times the luminance scale; A is 1 where a leaf was drawn.
+    /// D times the luminance scale; A is 1 where a leaf was drawn, 0 elsewhere.
     pub diffuse: Image,
     /// S likewise.
     pub specular: Image,
+    /// Leaf id + 1, 0 where none was drawn.
+    pub leaf_ids: Image,
     /// The luminance pass's own: it holds the depth of leaves, not of the scene's triangles.
     pub luminance_depth: Image,
     /// The picture as displayed.
     pub display: Image,
     /// The picture in linear light; A is the coverage.
     pub linear: Image,
+    /// D and S with values where no leaf was drawn but a face shows.
+    pub filled_diffuse: Image,
+    pub filled_specular: Image,
 }
 
 impl Targets {
@@ -42,9 +47,12 @@ impl Targets {
             emission: colour("L_e")?,
             diffuse: colour("D")?,
             specular: colour("S")?,
+            leaf_ids: Image::colour(device, "leaf ids", extent, ID_FORMAT)?,
             luminance_depth: Image::depth_stencil(device, "luminance depth", extent)?,
             display: Image::colour(device, "display", extent, DISPLAY_FORMAT)?,
             linear: Image::colour(device, "linear", extent, LINEAR_FORMAT)?,
+            filled_diffuse: colour("D filled")?,
+            filled_specular: colour("S filled")?,
         };
         let mut recording = commands.begin()?;
         recording.pass("new images", |pass| pass.first_use(targets.all()));
@@ -57,9 +65,12 @@ impl Targets {
         [&self.ids, &self.kd, &self.ks, &self.emission, &self.diffuse, &self.specular]
     }
 
-    fn all(&self) -> [&Image; 10] {
+    fn all(&self) -> [&Image; 13] {
         let [ids, kd, ks, emission, diffuse, specular] = self.sampled();
         let (depth, own) = (&self.visibility_depth, &self.luminance_depth);
-        [ids, depth, kd, ks, emission, diffuse, specular, own, &self.display, &self.linear]
+        let pictures = (&self.display, &self.linear, &self.filled_diffuse, &self.filled_specular);
+        let (display, linear, filled_diffuse, filled_specular) = pictures;
+        let leaves = &self.leaf_ids;
+        [ids, depth, kd, ks, emission, diffuse, specular, leaves, own, display, linear, filled_diffuse, filled_specular]
     }
 }

@@ -30,7 +30,8 @@ impl Renderer {
         self.set_view(&View::new(&scene.cameras[0].camera, size, scene.diagonal()), Vec2::ZERO);
         let visible: Vec<FaceId> = self.visibility()?.iter().map(|&(face, _)| face).collect();
         let combine = Some(Display::default());
-        let full = FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil };
+        let full =
+            FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil, queries: 0 };
         let patches = FrameOptions { full_luminance: false, colour: false, combine: None, ..full };
 
         self.apply(&leaves(&scene, &visible, None, 0))?;

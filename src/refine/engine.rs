@@ -45,10 +45,14 @@ pub struct Visible {
 /// Pixels of drawn triangles, as the GPU counted them.
 #[derive(Clone, Debug)]
 pub struct Counted {
-    /// Last update that was drawn.
+    /// Camera generation that was drawn.
+    pub generation: u32,
+    /// Last update that was drawn completely.
     pub sequence: u64,
-    /// Triangles with pixels, in ascending order; drawn ones that are missing have none. `None` if nothing was counted.
+    /// Triangles with their pixels. `None` if nothing was counted.
     pub pixels: Option<Vec<(LeafId, u32)>>,
+    /// Whether drawn triangles that are missing have no pixels; otherwise they were not counted.
+    pub complete: bool,
 }
 
 /// The light engine of one scene.
@@ -247,17 +251,22 @@ impl Engine {
     /// Takes in what the GPU has drawn: triangles that it has replaced can be recycled, counted pixels steer refinement.
     pub fn counted(&mut self, counted: &Counted) {
         self.recycle(counted.sequence);
-        let Some(pixels) = &counted.pixels else { return };
+        // Pixels of another camera say nothing.
+        let Some(pixels) = counted.pixels.as_ref().filter(|_| counted.generation == self.generation) else { return };
         let mut by_node: rustc_hash::FxHashMap<NodeId, f32> = rustc_hash::FxHashMap::default();
         for &(leaf, count) in pixels {
-            if self.published.is_older(leaf, counted.sequence) {
+            if !counted.complete || self.published.is_older(leaf, counted.sequence) {
                 *by_node.entry(self.cache.leaves[leaf.0].node).or_default() += count as f32;
             }
         }
+        let listed: FxHashSet<LeafId> = pixels.iter().filter(|_| !counted.complete).map(|&(leaf, _)| leaf).collect();
         for leaf in self.all_visible_leaves() {
             let node = &self.cache.topology.nodes[leaf.0];
-            let older = node.drawn.iter().all(|l| self.published.is_older(*l, counted.sequence));
-            if !older || node.drawn.is_empty() {
+            let counted = |l: &LeafId| match counted.complete {
+                true => self.published.is_older(*l, counted.sequence),
+                false => listed.contains(l),
+            };
+            if node.drawn.is_empty() || !node.drawn.iter().all(counted) {
                 continue;
             }
             let pixels = by_node.get(&leaf).copied().unwrap_or(0.0);

@@ -102,10 +102,21 @@ impl Buffer {
     /// # Errors
     /// [`Error::Internal`] if the range is outside or the memory cannot be mapped.
     pub fn read<T: Pod>(&self, offset: u64, count: usize) -> Result<Vec<T>> {
-        let range = offset as usize..offset as usize + count * size_of::<T>();
+        Ok(bytemuck::pod_collect_to_vec(self.bytes(offset, count * size_of::<T>())?))
+    }
+
+    /// The `count` elements at `offset` bytes where they lie. `&self`: nothing writes them meanwhile, since whoever
+    /// records a copy into the buffer waits for it.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the range is outside or unaligned, or the memory cannot be mapped.
+    pub fn view<T: Pod>(&self, offset: u64, count: usize) -> Result<&[T]> {
+        bytemuck::try_cast_slice(self.bytes(offset, count * size_of::<T>())?).map_err(|_| outside("viewed"))
+    }
+
+    fn bytes(&self, offset: u64, length: usize) -> Result<&[u8]> {
         let slab = self.allocation.as_ref().and_then(Allocation::mapped_slice);
-        let bytes = slab.and_then(|s| s.get(range)).ok_or_else(|| outside("read"))?;
-        Ok(bytemuck::pod_collect_to_vec(bytes))
+        slab.and_then(|s| s.get(offset as usize..offset as usize + length)).ok_or_else(|| outside("read"))
     }
 }
 

@@ -10,6 +10,7 @@ use super::device::{Device, Tracked};
 use super::error;
 use super::image::Image;
 use super::pipeline::{DepthStencil, Pipeline};
+use super::query::OcclusionQueries;
 use super::timestamp::{PassTimes, Timestamps};
 use crate::error::Result;
 use ash::vk;
@@ -233,6 +234,12 @@ impl<'a> Pass<'a> {
         unsafe { self.raw.cmd_end_rendering(self.buffer) };
     }
 
+    /// Readies all queries of a pool; outside a rendering scope.
+    pub fn reset_queries(&self, queries: &'a OcclusionQueries) {
+        // SAFETY: the buffer is being recorded; the pool outlives the recording by `'a` and is idle.
+        unsafe { self.raw.cmd_reset_query_pool(self.buffer, queries.raw, 0, queries.capacity()) };
+    }
+
     /// Copies a whole colour image to a buffer, rows tightly packed, at `offset` bytes.
     pub fn copy_image(&self, from: &'a Image, to: &'a Buffer, offset: u64) {
         let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
@@ -303,6 +310,20 @@ impl<'a> Draws<'_, 'a> {
         let rect = vk::ClearRect { rect: self.area, base_array_layer: 0, layer_count: 1 };
         // SAFETY: within a rendering scope that has a stencil attachment, or the layer reports it.
         unsafe { self.pass.raw.cmd_clear_attachments(self.pass.buffer, &[attachment], &[rect]) };
+    }
+
+    /// Counts the samples that the draws of `record` pass, in query number `query` of a pool that this pass has reset. A number
+    /// beyond the pool counts nothing.
+    pub fn counted(&self, queries: &'a OcclusionQueries, query: u32, record: impl FnOnce()) {
+        let (raw, buffer) = (self.pass.raw, self.pass.buffer);
+        if query >= queries.capacity() {
+            return record();
+        }
+        // SAFETY: the query exists, is used once a recording, and begins and ends within one rendering scope.
+        unsafe { raw.cmd_begin_query(buffer, queries.raw, query, vk::QueryControlFlags::PRECISE) };
+        record();
+        // SAFETY: as above.
+        unsafe { raw.cmd_end_query(buffer, queries.raw, query) };
     }
 
     /// Draws triangles `first .. first + count`, whose vertices the shader pulls: nothing for none.

@@ -109,7 +109,7 @@ impl Drop for Device {
 
 impl DeviceCore {
     fn new(instance: Arc<Instance>, chosen: &Candidate, queue_family: u32) -> Result<Self> {
-        let raw = create_device(&instance, chosen.raw, queue_family)?;
+        let raw = create_device(&instance, chosen, queue_family)?;
         // SAFETY: one queue of this family was requested.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
@@ -200,7 +200,8 @@ fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate>
     })
 }
 
-fn create_device(instance: &Instance, physical: vk::PhysicalDevice, queue_family: u32) -> Result<ash::Device> {
+fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32) -> Result<ash::Device> {
+    let physical = chosen.raw;
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
     let mut v12 = vk::PhysicalDeviceVulkan12Features::default().buffer_device_address(true).scalar_block_layout(true);
@@ -209,6 +210,7 @@ fn create_device(instance: &Instance, physical: vk::PhysicalDevice, queue_family
         .synchronization2(true)
         // SPIR-V 1.6 spells `discard` as a demotion.
         .shader_demote_to_helper_invocation(true);
+    let features = vk::PhysicalDeviceFeatures::default().occlusion_query_precise(chosen.report.precise_queries);
     let mut extensions = Vec::new();
     // SAFETY: a plain query.
     let available = unsafe { instance.raw.enumerate_device_extension_properties(physical) }.unwrap_or_default();
@@ -220,6 +222,7 @@ fn create_device(instance: &Instance, physical: vk::PhysicalDevice, queue_family
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)
         .enabled_extension_names(&extensions)
+        .enabled_features(&features)
         .push_next(&mut v12)
         .push_next(&mut v13);
     // SAFETY: the features were checked by `report`; everything `info` points to lives in this function.

@@ -19,6 +19,7 @@ pub mod image;
 pub mod instance;
 pub mod memory;
 pub mod pipeline;
+pub mod query;
 pub mod report;
 pub mod shaders;
 #[cfg(test)]
@@ -31,6 +32,7 @@ pub use descriptor::Bindings;
 pub use device::{Device, DeviceOptions};
 pub use image::Image;
 pub use pipeline::Pipeline;
+pub use query::OcclusionQueries;
 pub use report::DeviceReport;
 
 use crate::error::Error;

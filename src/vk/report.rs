@@ -53,6 +53,8 @@ pub struct DeviceReport {
     pub max_allocation_mib: u64,
     /// Largest width and height of a picture, pixels.
     pub max_image_side: u32,
+    /// Whether occlusion queries count exactly; without, pixels are counted by histogram only.
+    pub precise_queries: bool,
     /// What penombre needs and the device lacks; empty for a usable one.
     pub missing: Vec<String>,
     /// Formats it would use.
@@ -133,6 +135,8 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
     // 1 GiB is what Vulkan guarantees where the driver says nothing.
     let max_allocation =
         if limits.max_memory_allocation_size == 0 { 1 << 30 } else { limits.max_memory_allocation_size };
+    // SAFETY: a plain query of a physical device of this instance.
+    let features = unsafe { instance.raw.get_physical_device_features(raw) };
     let report = DeviceReport {
         index,
         name: text(&basic.device_name),
@@ -142,6 +146,7 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
         memory_mib: local >> 20,
         max_allocation_mib: max_allocation >> 20,
         max_image_side: max_image_side(&basic.limits),
+        precise_queries: features.occlusion_query_precise == vk::TRUE,
         missing: missing(instance, raw, basic.api_version, family.is_some(), depth_stencil.is_some()),
         formats: formats(depth_stencil),
     };

@@ -139,6 +139,12 @@ pub fn engine_with(scene: Scene, threads: usize, options: Options) -> Engine {
     Engine::new(Arc::new(scene), bvh, Workers::new(threads).expect("threads"), options)
 }
 
+/// The GPU's word that it has drawn everything, without counts.
+pub fn drawn(mirror: &Mirror) -> Counted {
+    let Update { generation, sequence, .. } = mirror.last;
+    Counted { generation, sequence, pixels: None, complete: false }
+}
+
 /// Lights the given faces to the end.
 pub fn solve(engine: &mut Engine, faces: &[FaceId], eye: Vec3) -> Mirror {
     solve_pixels(engine, faces, 10, eye)
@@ -153,7 +159,7 @@ pub fn solve_pixels(engine: &mut Engine, faces: &[FaceId], pixels: u32, eye: Vec
     mirror.apply(engine.set_visible(&Visible { generation: 1, eye, faces }));
     while !mirror.last.stats.converged {
         mirror.apply(engine.step(Budget::Rays(50_000)));
-        engine.counted(&Counted { sequence: mirror.last.sequence, pixels: None });
+        engine.counted(&drawn(&mirror));
     }
     mirror
 }

@@ -114,6 +114,25 @@ pub fn confetti(count: u32) -> Scene {
     scene
 }
 
+/// A bumpy floor of `2 n²` triangles, textured.
+pub fn terrain(n: u32) -> Scene {
+    let mut scene = empty_scene();
+    let texture = add_texture(&mut scene, 256, 256, |x, y| [(x ^ y) as u8, x as u8, y as u8, 255]);
+    let material = add_material(&mut scene, |m| m.map_kd = Some(texture));
+    let at = |x: u32, y: u32| {
+        let height = noise(x * 7919 + y) * 1.5 / n as f32;
+        Vec3::new(x as f32 / n as f32 * 2.0 - 1.0, y as f32 / n as f32 * 2.0 - 1.0, height)
+    };
+    let uv = |x: u32, y: u32| Vec2::new(x as f32, y as f32) / n as f32 * 4.0;
+    for (x, y) in (0..n).flat_map(|y| (0..n).map(move |x| (x, y))) {
+        let [a, b, c, d] = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)];
+        for [p, q, r] in [[a, b, c], [a, c, d]] {
+            add_triangle(&mut scene, [p, q, r].map(|(x, y)| at(x, y)), [p, q, r].map(|(x, y)| uv(x, y)), material);
+        }
+    }
+    scene
+}
+
 /// The scene's first camera on an image.
 pub fn view_of(scene: &Scene, width: u32, height: u32) -> View {
     View::new(&scene.cameras[0].camera, ImageSize { width, height }, scene.diagonal())
