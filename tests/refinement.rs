@@ -1,7 +1,7 @@
 //! Refinement without a GPU: tiling, sharing, order of convergence, shadows against brute force.
+#![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
 
 mod by_hand;
-#![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
 
 use by_hand::{Mirror, both_sides, drawn, engine_with, light, material, options, patch, solve_pixels};
 use glam::{Vec2, Vec3};

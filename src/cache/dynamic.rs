@@ -2,7 +2,7 @@
 
 use super::layer::Layer;
 use super::pool::Pool;
-use super::topology::{NodeId, Topology};
+use super::topology::{Node, NodeId, Topology};
 use super::vertex::{Vertex, VertexId, VertexName};
 use super::weld::{Group, Weld};
 use crate::scene::{FaceId, Scene, TriangleId};
@@ -25,6 +25,8 @@ pub struct Leaf {
     pub slots: [SlotId; 3],
     /// The face.
     pub face: FaceId,
+    /// Splits above its node.
+    pub level: u8,
 }
 
 /// One shading normal (and exponent) of a vertex, with the luminance shown there.
@@ -207,8 +209,8 @@ impl Cache {
 
     /// Adds a drawn triangle of a node.
     pub fn add_leaf(&mut self, slots: [SlotId; 3], node: NodeId) -> LeafId {
-        let face = self.topology.nodes[node.0].face;
-        let record = LeafRecord { leaf: Leaf { slots, face }, node, batch: 0, next_use: [None; 3] };
+        let Node { face, level, .. } = self.topology.nodes[node.0];
+        let record = LeafRecord { leaf: Leaf { slots, face, level }, node, batch: 0, next_use: [None; 3] };
         let id = LeafId(self.leaves.insert(record));
         for (corner, slot) in (0..).zip(slots) {
             let previous = self.slots[slot.0].first_use.replace(id.0 * 3 + corner);

@@ -3,6 +3,7 @@
 use super::args::{RenderArgs, thread_count};
 use super::progress::Progress;
 use super::session::{Ended, Session};
+use super::stills::Shot;
 use super::yardstick::Yardstick;
 use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
@@ -15,10 +16,10 @@ use crate::refine::engine::{Engine, Visible};
 use crate::refine::options::Options;
 use crate::refine::thread::{EngineThread, Pace};
 use crate::refine::workers::Workers;
-use crate::scene::camera::{Camera, View};
+use crate::scene::camera::View;
 use crate::scene::load::Loaded;
 use crate::scene::report::Severity;
-use crate::scene::{Display, FaceId, Scene};
+use crate::scene::{FaceId, Scene};
 use crate::vk::{Device, DeviceOptions};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -52,10 +53,9 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let reference = reference.map(|image| Yardstick::new(image, display));
     let renderer = &mut gpu.renderer;
     let progress = Progress::new(args.verbosity.quiet);
-    let mut session = Session { args, renderer, engine, display, reference, progress, start };
+    let mut session = Session { args, renderer, engine, display, reference, progress, start, levels: Vec::new() };
     let ended = session.run()?;
-    drop(session);
-    let shot = Shot { view: &view, camera, display };
+    let shot = Shot { view: &view, camera, display, levels: session.levels };
     summary.warnings.extend(write_images(args, &mut gpu.renderer, &shot)?);
     summary.times.bvh = bvh_seconds.get().copied();
     finish(args, summary, &gpu, &ended, start)?;
@@ -63,13 +63,6 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     drop(gpu);
     say_what_is_left(&device);
     Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
-}
-
-/// What the final images show.
-struct Shot<'a> {
-    view: &'a View,
-    camera: Camera,
-    display: Display,
 }
 
 fn read_reference(path: &Path, args: &RenderArgs) -> Result<RgbImage> {
@@ -196,10 +189,10 @@ fn prepare(renderer: &mut Renderer, scene: &Scene, view: &View, aa: u32) -> Resu
 
 /// Writes all outputs; returns warnings.
 fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> Result<Vec<String>> {
-    let still = stills::take(renderer, shot.view, shot.display, args.output.aa)?;
+    let still = stills::take(renderer, shot, args.output.aa)?;
     let mut warnings = Vec::new();
     for path in &args.output.paths {
-        if let Some(warning) = still.write(path, &args.image_options(), shot.camera)? {
+        if let Some(warning) = still.write(path, &args.image_options())? {
             let warning = format!("{}: warning: {warning}", path.display());
             output::report(&warning);
             warnings.push(warning);

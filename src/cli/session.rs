@@ -39,6 +39,8 @@ pub struct Session<'a> {
     pub progress: Progress,
     /// When the process started.
     pub start: Instant,
+    /// Level of each triangle by its id.
+    pub levels: Vec<u8>,
 }
 
 /// What a run did.
@@ -116,9 +118,21 @@ impl Session<'_> {
                 moved = true;
             }
             run.stats = update.stats;
+            self.note_levels(&update);
             self.renderer.apply(&update)?;
         }
         Ok(moved)
+    }
+
+    /// Keeps what the `level` layer of the written image says of each triangle.
+    fn note_levels(&mut self, update: &Update) {
+        for (id, leaf) in &update.leaves {
+            let index = id.0 as usize;
+            if index >= self.levels.len() {
+                self.levels.resize(index + 1, 0);
+            }
+            self.levels[index] = leaf.level;
+        }
     }
 
     /// Lockstep: the first frame takes the view's update, each later one a fixed amount of work.

@@ -160,7 +160,7 @@ pub fn base_update(
         for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
             update.slots.push((*slot, light(face, position)));
         }
-        update.leaves.push((LeafId(face.0), Leaf { slots, face }));
+        update.leaves.push((LeafId(face.0), Leaf { slots, face, level: 0 }));
         let start = update.patch_leaves.len() as u32;
         update.patch_leaves.push(LeafId(face.0));
         let old = if drawn { start..start + 1 } else { start..start };
