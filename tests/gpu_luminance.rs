@@ -158,7 +158,7 @@ impl Splitter {
             update.patch_leaves.push(LeafId(id));
             let new = update.patch_leaves.len() as u32;
             for child in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-                update.leaves.push((LeafId(self.next_leaf), Leaf { slots: child.map(|v| SlotId(v.0)), face }));
+                update.leaves.push((LeafId(self.next_leaf), Leaf { slots: child.map(|v| SlotId(v.0)), face, level: 0 }));
                 update.patch_leaves.push(LeafId(self.next_leaf));
                 self.leaves.push((self.next_leaf, face, child));
                 self.next_leaf += 1;
