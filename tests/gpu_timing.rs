@@ -84,3 +84,49 @@ fn per_call(name: &str, mut call: impl FnMut()) {
         wall.elapsed().as_secs_f64() * 1e3 / calls
     );
 }
+
+/// 100,000 new triangles at once: how long until all are on the screen, and the longest frame.
+#[test]
+#[ignore = "a measurement"]
+fn many_triangles_at_once() {
+    let options = DeviceOptions { device: None, validation: Some(false) };
+    let Ok(device) = Device::new(&options) else { return };
+    for (mode, n) in MODES.into_iter().flat_map(|mode| [(mode, 30), (mode, 112)]) {
+        let size = ImageSize { width: 512, height: 512 };
+        let mut renderer = Renderer::new(Arc::clone(&device), size).unwrap();
+        let scene = terrain(n);
+        let visible = faces(&show(&mut renderer, &scene, 512, 512));
+        let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
+        let combine = Some(Display::default());
+        let frame = FrameOptions { combine, update_mode: mode, ..FrameOptions::default() };
+        let mut mesh = Splitter::new(&scene, &visible);
+        renderer.apply(&base_update(&scene, visible.iter().copied(), false, light)).unwrap();
+        renderer.frame(&FrameOptions { full_luminance: true, colour: true, ..frame }).unwrap();
+        let start = Instant::now();
+        let (mut triangles, mut longest, mut frames) = (0, 0.0f64, 0);
+        while triangles < 100_000 {
+            let update = mesh.split(1.0);
+            triangles += 4 * update.patches.len();
+            renderer.apply(&update).unwrap();
+        }
+        let applied = start.elapsed().as_secs_f64() * 1e3;
+        while renderer.has_pending() {
+            let start = Instant::now();
+            renderer.frame(&frame).unwrap();
+            longest = longest.max(start.elapsed().as_secs_f64() * 1e3);
+            frames += 1;
+        }
+        let all = start.elapsed().as_secs_f64() * 1e3;
+        println!(
+            "{mode:?}, {} faces: {triangles} triangles on the screen after {all:.0} ms ({applied:.0} ms to take in), \
+             {frames} frames, the longest {longest:.1} ms",
+            visible.len()
+        );
+        let full = FrameOptions { full_luminance: true, combine: None, ..frame };
+        per_call("full redraw", || drop(renderer.frame(&full).unwrap()));
+        per_call("full redraw with colour and combine", || {
+            drop(renderer.frame(&FrameOptions { full_luminance: true, colour: true, ..frame }).unwrap());
+        });
+        per_call("leaf_counts", || drop(renderer.leaf_counts().unwrap()));
+    }
+}

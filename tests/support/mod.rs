@@ -11,6 +11,7 @@ use penombre::scene::material::{Material, MaterialId};
 use penombre::scene::texture::{Texture, TextureId};
 use penombre::scene::{FaceId, Scene, TriangleId};
 use penombre::vk::{Device, DeviceOptions};
+use std::cell::Cell;
 use std::sync::Arc;
 
 /// Both update modes.
@@ -172,4 +173,91 @@ pub fn base_update(
 /// Faces of a visible set.
 pub fn faces(visible: &[(FaceId, u32)]) -> Vec<FaceId> {
     visible.iter().map(|&(face, _)| face).collect()
+}
+
+/// A leaf with its face and corners, each a slot and its position.
+type DynamicLeaf = (u32, FaceId, [(u32, Vec3); 3]);
+
+/// A dynamic mesh that splits its leaves in four at random, and tells the renderer.
+pub struct Splitter {
+    leaves: Vec<DynamicLeaf>,
+    next_leaf: u32,
+    next_slot: u32,
+    random: Cell<u32>,
+}
+
+impl Splitter {
+    pub fn new(scene: &Scene, visible: &[FaceId]) -> Self {
+        let leaf = |&face: &FaceId| {
+            let corners = scene.corners(face.triangle());
+            (face.0, face, [0, 1, 2].map(|k| (3 * face.0 + k, corners[k as usize])))
+        };
+        let first_free = 2 * scene.triangles.len() as u32;
+        let leaves = visible.iter().map(leaf).collect();
+        Self { leaves, next_leaf: first_free, next_slot: 3 * first_free, random: Cell::new(7) }
+    }
+
+    fn random(&self) -> f32 {
+        self.random.set(self.random.get() + 1);
+        noise(self.random.get())
+    }
+
+    /// Light that jumps from vertex to vertex.
+    pub fn slot(&self, position: Vec3) -> Slot {
+        let value = Vec3::new(self.random(), self.random(), self.random()) * 4.0;
+        Slot { position, weight: 1.0, diffuse: value, specular: value * 0.5 }
+    }
+
+    /// Splits about a share of the leaves.
+    pub fn split(&mut self, share: f32) -> Update {
+        let mut update = Update::default();
+        for (id, face, corners) in std::mem::take(&mut self.leaves) {
+            if self.random() > share {
+                self.leaves.push((id, face, corners));
+                continue;
+            }
+            let middle = |k: usize| (corners[k].1 + corners[(k + 1) % 3].1) * 0.5;
+            let middles = [0, 1, 2].map(|k| (self.next_slot + k, middle(k as usize)));
+            self.next_slot += 3;
+            update.slots.extend(middles.map(|(slot, p)| (SlotId(slot), self.slot(p))));
+            let [a, b, c] = corners;
+            let [ab, bc, ca] = middles;
+            let old = update.patch_leaves.len() as u32;
+            update.patch_leaves.push(LeafId(id));
+            let new = update.patch_leaves.len() as u32;
+            for child in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
+                update
+                    .leaves
+                    .push((LeafId(self.next_leaf), Leaf { slots: child.map(|v| SlotId(v.0)), face, level: 0 }));
+                update.patch_leaves.push(LeafId(self.next_leaf));
+                self.leaves.push((self.next_leaf, face, child));
+                self.next_leaf += 1;
+            }
+            update.patches.push(Patch { face, old: old..old + 1, new: new..new + 4 });
+        }
+        update
+    }
+
+    /// New values at the vertices of about a share of the leaves.
+    pub fn change(&self, share: f32) -> Update {
+        let mut update = Update::default();
+        let mut changed = std::collections::HashSet::new();
+        for (_, _, corners) in &self.leaves {
+            if self.random() < share {
+                for &(slot, position) in corners {
+                    update.slots.push((SlotId(slot), self.slot(position)));
+                    changed.insert(slot);
+                }
+            }
+        }
+        // A vertex belongs to several leaves: each of them is a patch.
+        for (id, face, corners) in &self.leaves {
+            if corners.iter().any(|c| changed.contains(&c.0)) {
+                let start = update.patch_leaves.len() as u32;
+                update.patch_leaves.push(LeafId(*id));
+                update.patches.push(Patch { face: *face, old: start..start + 1, new: start..start + 1 });
+            }
+        }
+        update
+    }
 }
