@@ -4,7 +4,7 @@
 # make setup   only install what is lacking (make setup SETUP_FLAGS=--dry-run shows it)
 
 CARGO ?= cargo
-DEMO_SCENE ?= scenes/interior/interior.toml
+DEMO_SCENE ?= scenes/moonlit_library/moonlit_library.toml
 DEMO_SIZE ?= 1024x768
 DEMO_TIME ?= 20
 SETUP_FLAGS ?=

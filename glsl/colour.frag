@@ -42,7 +42,7 @@ void main() {
         vec3 edge1 = frame.positions.at[t.corners.y] - a;
         vec3 edge2 = frame.positions.at[t.corners.z] - a;
         vec2 centre = gl_FragCoord.xy + frame.jitter;
-        vec2 steps[3] = vec2[3](vec2(0.0), vec2(1.0, 0.0), vec2(0.0, 1.0));
+        vec2 steps[3] = vec2[3](vec2(0.0), vec2(frame.filter_width, 0.0), vec2(0.0, frame.filter_width));
         for (int i = 0; i < 3; ++i) {
             vec2 b = barycentrics(a, edge1, edge2, centre + steps[i]);
             uv[i] = t.uv[0] * (1.0 - b.x - b.y) + t.uv[1] * b.x + t.uv[2] * b.y;

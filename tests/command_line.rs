@@ -104,7 +104,7 @@ fn mistakes_are_refused_with_the_option_and_what_would_be_right() {
         ("--deterministic --time 1", "--deterministic"),
         ("-v -q", "--quiet"),
         ("-o b.jpg", ".png"),
-        ("--contrast 0.1", "--contrast"),
+        ("--hemisphere", "--hemisphere"),
     ] {
         let text = refused(&format!("render s.obj -o a.exr {options}"));
         assert!(text.contains(message), "{options}: {text}");
@@ -113,11 +113,28 @@ fn mistakes_are_refused_with_the_option_and_what_would_be_right() {
 
 #[test]
 fn commands_that_do_not_exist_are_usage_errors() {
-    for command in ["view", "compare", "diff", "bake", "bench", "rendre"] {
+    for command in ["view", "compare", "bake", "bench", "rendre"] {
         let text = refused(&format!("{command} a b"));
         assert!(text.contains("unrecognized subcommand"), "{text}");
     }
     assert!(refused("").contains("Usage"));
+}
+
+#[test]
+fn every_option_of_diff_arrives() {
+    let line = "diff a.exr b.exr --mask m.png -o d.png --json --epsilon-absolute 0.01 --exposure -1 --tone-mapping agx \
+        --max-rmse 1 --max-relmse 2 --max-flip 3 --max-mean-shift 4";
+    let Ok(Command::Diff(args)) = parse(line) else { panic!("{line}") };
+    assert_eq!((args.image, args.reference), ("a.exr".into(), "b.exr".into()));
+    assert_eq!((args.mask, args.output), (Some("m.png".into()), Some("d.png".into())));
+    assert!(args.json);
+    assert_eq!(
+        (args.epsilon_absolute, args.exposure, args.tone_mapping),
+        (Some(0.01), Some(-1.0), Some(ToneMapping::Agx))
+    );
+    let limits = [args.limits.max_rmse, args.limits.max_relmse, args.limits.max_flip, args.limits.max_mean_shift];
+    assert_eq!(limits, [1.0, 2.0, 3.0, 4.0].map(Some));
+    assert!(refused("diff a.exr").contains("<B>"));
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod support;
 use glam::{Vec2, Vec3};
 use penombre::pass::{FrameOptions, Layers, Renderer};
 use penombre::scene::camera::View;
+use penombre::scene::footprint::Footprint;
 use penombre::scene::{EmissionSide, FaceId, Scene, TriangleId};
 use support::*;
 
@@ -65,6 +66,48 @@ fn magnified_textures_are_the_scenes_own_look_up() {
             seen += 1;
         }
         assert!(seen > 1000);
+    });
+}
+
+#[test]
+fn tilted_planes_are_filtered_as_on_the_cpu() {
+    with_renderer(|renderer| {
+        let mut scene = empty_scene();
+        // Every level differs, and a step between neighbouring texels is large.
+        let texel = |x: u32, y: u32| [0, 1, 2].map(|c| (noise(3 * (y * 256 + x) + c) * 255.0) as u8);
+        let texture = add_texture(&mut scene, 256, 128, |x, y| {
+            let [r, g, b] = texel(x / 4, y / 8);
+            [r, g, b, 255]
+        });
+        let textured = add_material(&mut scene, |m| {
+            m.kd = Vec3::new(0.9, 0.8, 0.7);
+            m.ke = Vec3::new(1.0, 2.0, 3.0);
+            (m.map_kd, m.map_ke) = (Some(texture), Some(texture));
+        });
+        // From magnified at the lower edge to far minified near the horizon.
+        add_quad(&mut scene, Vec3::new(-3.0, -0.4, 2.9), Vec3::X * 6.0, Vec3::new(0.5, 0.3, -30.0), textured, 9.0);
+        for width in [1.0, 0.25] {
+            renderer.set_filter_width(width);
+            let view = view_of(&scene, 160, 120);
+            let layers = colours(renderer, &scene, 160, 120);
+            let (mut seen, mut off) = (0, 0);
+            for (i, &id) in layers.face_id.iter().enumerate().filter(|&(_, &id)| id != 0) {
+                let face = FaceId(id - 1);
+                let point = centre(i, 160);
+                let (u, v) = barycentrics(&scene, &view, face.triangle(), point);
+                let footprint = Footprint::of_pixel(&scene, &view, face.triangle(), point, width);
+                let kd = scene.kd_over(face.triangle(), u, v, &footprint);
+                let emitted = scene.emitted_over(face, u, v, &footprint);
+                let is_off = |value: [f32; 3], expected: Vec3| {
+                    // A half's step is at most 2⁻¹⁰ of its value (drivers may truncate); the rest is for f32 coordinates.
+                    (Vec3::from(value) - expected).abs().cmpgt(expected * 2f32.powi(-10) + 1e-4).any()
+                };
+                seen += 1;
+                off += i32::from(is_off(layers.kd[i], kd) || is_off(layers.le[i], emitted));
+            }
+            assert!(seen > 5000, "{seen}");
+            assert!(off * 1000 <= seen, "{off} of {seen} pixels differ at width {width}");
+        }
     });
 }
 

@@ -34,7 +34,7 @@ fn painted(faces: &[Painted]) -> Update {
             let slots = [0, 1, 2].map(|k| SlotId(3 * id + k));
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: diffuse * 0.5 };
             update.slots.extend(slots.into_iter().zip(corners.map(slot)));
-            update.leaves.push((LeafId(id), Leaf { slots, face: *face }));
+            update.leaves.push((LeafId(id), Leaf { slots, face: *face, level: 0 }));
             update.patch_leaves.push(LeafId(id));
         }
         update.patches.push(Patch { face: *face, old: start..start, new: start..update.leaves.len() as u32 });
@@ -174,7 +174,7 @@ fn split_update(leaves: &[KnownLeaf], next: &mut Vec<KnownLeaf>, free: &mut u32)
             let diffuse = Vec3::splat(1.0 + noise(id.0));
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO };
             update.slots.extend(slots.into_iter().zip(part.map(slot)));
-            update.leaves.push((id, Leaf { slots, face }));
+            update.leaves.push((id, Leaf { slots, face, level: 0 }));
             update.patch_leaves.push(id);
             next.push((id, face, part));
         }

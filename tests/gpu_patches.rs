@@ -207,7 +207,7 @@ impl ByHand {
             let diffuse = Vec3::splat(1.0 + self.leaves as f32);
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO };
             update.slots.extend(slots.into_iter().zip(corners.map(slot)));
-            update.leaves.push((LeafId(self.leaves), Leaf { slots, face }));
+            update.leaves.push((LeafId(self.leaves), Leaf { slots, face, level: 0 }));
             update.patch_leaves.push(LeafId(self.leaves));
             self.leaves += 1;
         }

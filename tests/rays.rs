@@ -17,7 +17,7 @@ fn soup() -> Scene {
     material(&mut scene, |_| {});
     material(&mut scene, |m| m.map_d = Some(TextureId(0)));
     let texels = (0..64).map(|i| [255, 255, 255, if (i / 8 + i % 8) % 2 == 0 { 255 } else { 0 }]).collect();
-    scene.textures.push(Texture { name: "checker".into(), width: 8, height: 8, texels });
+    scene.textures.push(Texture::new("checker".into(), [8, 8], texels));
     let sequence = Sequence::new(1);
     for i in 0..600 {
         let at = |set| Vec3::from_slice(&sequence.point_of_set(i, set)[..3]);

@@ -82,6 +82,7 @@ struct Frame {
     float exposure;        // factor
     uint tone_mapping;     // scene::ToneMapping
     uint emits_back;       // whether emissive triangles emit on both sides
+    float filter_width;    // of the square that textures are filtered over, pixels
 };
 
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame frame; };

@@ -2,12 +2,13 @@
 
 use super::layer::Layer;
 use super::pool::Pool;
-use super::topology::{NodeId, Topology};
+use super::topology::{Node, NodeId, Topology};
 use super::vertex::{Vertex, VertexId, VertexName};
 use super::weld::{Group, Weld};
 use crate::scene::{FaceId, Scene, TriangleId};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 
 /// Index of a vertex slot: position and luminance of one drawn vertex.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -24,6 +25,8 @@ pub struct Leaf {
     pub slots: [SlotId; 3],
     /// The face.
     pub face: FaceId,
+    /// Splits above its node.
+    pub level: u8,
 }
 
 /// One shading normal (and exponent) of a vertex, with the luminance shown there.
@@ -206,8 +209,8 @@ impl Cache {
 
     /// Adds a drawn triangle of a node.
     pub fn add_leaf(&mut self, slots: [SlotId; 3], node: NodeId) -> LeafId {
-        let face = self.topology.nodes[node.0].face;
-        let record = LeafRecord { leaf: Leaf { slots, face }, node, batch: 0, next_use: [None; 3] };
+        let Node { face, level, .. } = self.topology.nodes[node.0];
+        let record = LeafRecord { leaf: Leaf { slots, face, level }, node, batch: 0, next_use: [None; 3] };
         let id = LeafId(self.leaves.insert(record));
         for (corner, slot) in (0..).zip(slots) {
             let previous = self.slots[slot.0].first_use.replace(id.0 * 3 + corner);
@@ -253,6 +256,14 @@ impl Cache {
     #[must_use]
     pub fn corner_vertices(&self, node: NodeId) -> [VertexId; 3] {
         self.topology.nodes[node.0].corners.map(|slot| self.slots[slot.0].vertex)
+    }
+
+    /// The vertices that a leaf is drawn with: its corners, and the midpoints on its edges.
+    #[must_use]
+    pub fn drawn_vertices(&self, node: NodeId) -> SmallVec<[VertexId; 6]> {
+        let edges = self.topology.nodes[node.0].edges;
+        let middles = edges.iter().filter_map(|&edge| self.topology.midpoint(edge));
+        self.corner_vertices(node).into_iter().chain(middles).collect()
     }
 
     /// Positions of a node's corners.

@@ -1,7 +1,9 @@
 //! The light cache: base vertices, their samples for each light, and the dynamic mesh that is drawn.
 
+pub mod direct;
 pub mod dynamic;
 pub mod layer;
+pub mod luminance;
 pub mod pool;
 pub mod topology;
 pub mod vertex;

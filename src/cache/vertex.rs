@@ -4,6 +4,7 @@ use super::dynamic::SlotId;
 use super::weld::Group;
 use crate::math::{combine, mix};
 use crate::scene::Scene;
+use crate::shade::world::Site;
 use glam::Vec3;
 
 /// Index of a vertex in the cache (recyclable; the permanent name is its key).
@@ -38,6 +39,8 @@ pub struct Vertex {
 pub struct Progress {
     /// Whether light has been sampled or inferred at all.
     pub visited: bool,
+    /// Whether any light has been traced.
+    pub traced: bool,
     /// Whether the contact test found it covered by other geometry: its light is not its surface's.
     pub covered: bool,
     /// Raised whenever its samples change, so that queued work based on older ones is recognised.
@@ -90,16 +93,11 @@ impl Vertex {
         }
     }
 
-    /// Where rays start.
+    /// The place where light is sampled: rays start at its origin.
     #[must_use]
-    pub fn origin(&self) -> Vec3 {
-        self.position + self.inward + self.normal * self.lift
-    }
-
-    /// Unit normal of the group, on the vertex's side.
-    #[must_use]
-    pub const fn normal(&self) -> Vec3 {
-        self.normal
+    pub fn site(&self) -> Site {
+        let origin = self.position + self.inward + self.normal * self.lift;
+        Site { key: self.key, position: self.position, origin, normal: self.normal }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The command line: arguments and one file a subcommand.
 
 pub mod args;
+pub mod diff;
 pub mod info;
 pub mod interrupt;
 pub mod output;
@@ -11,6 +12,8 @@ pub mod scene;
 pub mod session;
 pub mod stills;
 mod values;
+pub mod verdict;
+pub mod yardstick;
 
 use crate::error::Result;
 use crate::image::atomic;
@@ -24,6 +27,8 @@ use std::time::Instant;
 pub enum Outcome {
     /// What was asked is done.
     Done,
+    /// What was asked is done, and a limit was exceeded.
+    LimitExceeded,
     /// Ended early by a signal; the outputs hold what there was.
     Interrupted,
 }
@@ -34,6 +39,7 @@ impl Outcome {
     pub const fn exit_status(self) -> u8 {
         match self {
             Self::Done => 0,
+            Self::LimitExceeded => 1,
             Self::Interrupted => interrupt::EXIT_STATUS,
         }
     }
@@ -69,6 +75,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
             args.validate()?;
             reference::run(args)
         }
+        Command::Diff(args) => diff::run(args),
         Command::Info(args) => info::run(args),
     }
 }

@@ -3,13 +3,13 @@
 use super::args::{PixelFilter, ReferenceArgs, thread_count};
 use super::{Outcome, interrupt, output, scene};
 use crate::error::{Error, Result};
-use crate::estimate::world::World;
 use crate::geom::bvh::Bvh;
 use crate::image::exr::{Provenance, ReferenceLayers, write_reference};
 use crate::reference::{Accumulator, Filter};
 use crate::scene::Scene;
 use crate::scene::camera::View;
 use crate::shade::lights::Lights;
+use crate::shade::world::World;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::time::{Duration, Instant};
 
@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 /// Bad input, or an output that cannot be written.
 pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
     args.check_outputs()?;
-    let loaded = scene::load_and_warn(&args.scene)?;
+    let loaded = scene::load_and_warn(&args.scene, args.verbosity)?;
     let camera = scene::camera(&loaded.scene, args.scene.camera.as_deref())?;
     let view = scene::view(&loaded.scene, &camera, &args.scene);
     let pool = rayon::ThreadPoolBuilder::new()

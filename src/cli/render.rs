@@ -3,6 +3,8 @@
 use super::args::{PixelCounts, RenderArgs, thread_count};
 use super::progress::Progress;
 use super::session::{Ended, Session};
+use super::stills::Shot;
+use super::yardstick::Yardstick;
 use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
@@ -14,9 +16,10 @@ use crate::refine::engine::{Engine, Visible};
 use crate::refine::options::Options;
 use crate::refine::thread::{EngineThread, Pace};
 use crate::refine::workers::Workers;
-use crate::scene::camera::{Camera, View};
+use crate::scene::camera::View;
 use crate::scene::load::Loaded;
-use crate::scene::{Display, FaceId, Scene};
+use crate::scene::report::Severity;
+use crate::scene::{FaceId, Scene};
 use crate::vk::{Device, DeviceOptions};
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -32,10 +35,11 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
     let gpu = open_gpu(args)?;
     let loading = Instant::now();
-    let Loaded { scene, report, .. } = scene::load_and_warn(&args.scene)?;
+    let Loaded { scene, report, .. } = scene::load_and_warn(&args.scene, args.verbosity)?;
     let mut summary = Summary::of_this_run();
     summary.times.load = Some(loading.elapsed().as_secs_f64());
-    summary.warnings = report.faults.iter().map(ToString::to_string).collect();
+    summary.warnings = report.lines(Severity::Warning);
+    summary.stand_ins = report.lines(Severity::StandIn);
     let camera = scene::camera(&scene, args.scene.camera.as_deref())?;
     let display = args.output.display(&scene.display);
     let scene = Arc::new(scene);
@@ -46,24 +50,20 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
     let engine = start_engine(args, &scene, hierarchy)?;
     engine.set_visible(Visible { generation: 1, eye: view.eye, faces });
+    let reference = reference.map(|image| Yardstick::new(image, display));
     let renderer = &mut gpu.renderer;
     let progress = Progress::new(args.verbosity.quiet);
-    let mut session = Session { args, renderer, engine, display, reference, progress, start };
+    let mut session = Session { args, renderer, engine, display, reference, progress, start, levels: Vec::new() };
     let ended = session.run()?;
-    drop(session);
-    let shot = Shot { view: &view, camera, display };
+    let shot = Shot { view: &view, camera, display, levels: session.levels };
     summary.warnings.extend(fallbacks(args, &gpu.renderer));
     summary.warnings.extend(write_images(args, &mut gpu.renderer, &shot)?);
     summary.times.bvh = bvh_seconds.get().copied();
     finish(args, summary, &gpu, &ended, start)?;
+    let device = Arc::clone(gpu.renderer.device());
+    drop(gpu);
+    say_what_is_left(&device);
     Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
-}
-
-/// What the final images show.
-struct Shot<'a> {
-    view: &'a View,
-    camera: Camera,
-    display: Display,
 }
 
 fn read_reference(path: &Path, args: &RenderArgs) -> Result<RgbImage> {
@@ -204,10 +204,10 @@ fn prepare(renderer: &mut Renderer, scene: &Scene, view: &View, aa: u32) -> Resu
 
 /// Writes all outputs; returns warnings.
 fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> Result<Vec<String>> {
-    let still = stills::take(renderer, shot.view, shot.display, args.output.aa)?;
+    let still = stills::take(renderer, shot, args.output.aa)?;
     let mut warnings = Vec::new();
     for path in &args.output.paths {
-        if let Some(warning) = still.write(path, &args.image_options(), shot.camera)? {
+        if let Some(warning) = still.write(path, &args.image_options())? {
             let warning = format!("{}: warning: {warning}", path.display());
             output::report(&warning);
             warnings.push(warning);
@@ -216,12 +216,20 @@ fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> 
     Ok(warnings)
 }
 
+/// Prints what was not destroyed, where the validation layers listen (`PENOMBRE_VALIDATION=1`); their own messages are
+/// printed as they come.
+fn say_what_is_left(device: &Device) {
+    if device.validates() {
+        device.live_objects().iter().for_each(|object| output::report(&format!("vulkan: not destroyed: {object}")));
+    }
+}
+
 /// Writes the run summary beside the log and says what was done.
 fn finish(args: &RenderArgs, mut summary: Summary, gpu: &Gpu, ended: &Ended, start: Instant) -> Result<()> {
     let device = gpu.renderer.device().report();
     summary.device.clone_from(&device.name);
     summary.driver.clone_from(&device.driver);
-    summary.formats = Some(device.formats.clone());
+    summary.formats = serde_json::to_value(&device.formats).unwrap_or_default();
     summary.seed = args.engine.seed;
     summary.threads = thread_count(args.engine.threads);
     summary.size = [args.scene.size.width, args.scene.size.height];

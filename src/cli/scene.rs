@@ -1,20 +1,29 @@
 //! Loading a scene for a command: warnings said once, the camera and display that the options ask for.
 
-use super::args::SceneArgs;
+use super::args::{SceneArgs, VerbosityArgs};
 use super::output;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, View};
 use crate::scene::load::{Loaded, load};
 
-/// Loads the scene and prints the loader's warnings.
+/// Warnings printed at most without `-v`.
+const MAX_WARNINGS: usize = 20;
+
+/// Loads the scene and prints the loader's warnings: with `-v` each, else what is alike in one line, and not too many.
 ///
 /// # Errors
 /// As [`load`]: every fault of the input is listed.
-pub fn load_and_warn(args: &SceneArgs) -> Result<Loaded> {
+pub fn load_and_warn(args: &SceneArgs, verbosity: VerbosityArgs) -> Result<Loaded> {
     let loaded = load(&args.path)?;
-    for fault in &loaded.report.faults {
-        output::report(&fault.to_string());
+    if verbosity.verbose {
+        loaded.report.faults.iter().for_each(|fault| output::report(&fault.to_string()));
+        return Ok(loaded);
+    }
+    let lines = loaded.report.collapsed();
+    lines.iter().take(MAX_WARNINGS).for_each(|line| output::report(line));
+    if lines.len() > MAX_WARNINGS {
+        output::report(&format!("... and {} warnings more; -v lists all", lines.len() - MAX_WARNINGS));
     }
     Ok(loaded)
 }

@@ -3,16 +3,14 @@
 use super::args::{PixelCounts, RenderArgs};
 use super::interrupt;
 use super::progress::Progress;
+use super::yardstick::Yardstick;
 use crate::error::{Error, Result};
-use crate::image::exr::RgbImage;
-use crate::image::metrics::{Epsilon, compare};
-use crate::log::frame_log::{FrameError, FrameLog, FrameRecord, PassRecord};
+use crate::log::frame_log::{FrameLog, FrameRecord, PassRecord};
 use crate::pass::{FrameOptions, FrameStats, Renderer};
 use crate::refine::engine::Counted;
 use crate::refine::thread::EngineThread;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::Display;
-use glam::Vec3;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
@@ -36,11 +34,13 @@ pub struct Session<'a> {
     /// How images are displayed.
     pub display: Display,
     /// Reference of the same view, for the error columns.
-    pub reference: Option<RgbImage>,
+    pub reference: Option<Yardstick>,
     /// Progress line.
     pub progress: Progress,
     /// When the process started.
     pub start: Instant,
+    /// Level of each triangle by its id.
+    pub levels: Vec<u8>,
 }
 
 /// What a run did.
@@ -118,9 +118,21 @@ impl Session<'_> {
                 moved = true;
             }
             run.stats = update.stats;
+            self.note_levels(&update);
             self.renderer.apply(&update)?;
         }
         Ok(moved)
+    }
+
+    /// Keeps what the `level` layer of the written image says of each triangle.
+    fn note_levels(&mut self, update: &Update) {
+        for (id, leaf) in &update.leaves {
+            let index = id.0 as usize;
+            if index >= self.levels.len() {
+                self.levels.resize(index + 1, 0);
+            }
+            self.levels[index] = leaf.level;
+        }
     }
 
     /// Lockstep: the first frame takes the view's update, each later one a fixed amount of work.
@@ -176,7 +188,7 @@ impl Session<'_> {
         if combine {
             run.shown(now);
         }
-        self.log_row(run, moved, now, &passes, combine)?;
+        self.log_row(run, moved, now, &passes, (combine, last))?;
         self.progress.update(run.first_frame.elapsed(), &run.stats);
         run.frames += 1;
         Ok(())
@@ -207,10 +219,17 @@ impl Session<'_> {
         Ok(())
     }
 
-    fn log_row(&mut self, run: &mut Run, moved: bool, now: Instant, passes: &FrameStats, combine: bool) -> Result<()> {
+    fn log_row(
+        &mut self,
+        run: &mut Run,
+        moved: bool,
+        now: Instant,
+        passes: &FrameStats,
+        (combined, last): (bool, bool),
+    ) -> Result<()> {
         let Some(log) = &mut run.log else { return Ok(()) };
-        let error = match &self.reference {
-            Some(reference) if combine => Some(error_against(reference, self.renderer)?),
+        let error = match &mut self.reference {
+            Some(reference) if combined => Some(reference.measure(&self.renderer.read_layers()?, last)?),
             _ => None,
         };
         log.record(&FrameRecord {
@@ -266,13 +285,4 @@ fn pass_record(passes: &FrameStats) -> PassRecord {
         queries: Some(passes.queries.into()),
         query_pixels: Some(passes.query_pixels),
     }
-}
-
-/// Error of the image as it stands, over the pixels that the reference's mask lets count.
-fn error_against(reference: &RgbImage, renderer: &mut Renderer) -> Result<FrameError> {
-    let layers = renderer.read_layers()?;
-    let image: Vec<Vec3> = layers.combined.iter().map(|&[r, g, b, _]| Vec3::new(r, g, b)).collect();
-    let metrics = compare(&image, &reference.rgb, reference.mask.as_deref(), Epsilon::default())
-        .ok_or_else(|| Error::Usage("--reference: no pixel left to compare".to_owned()))?;
-    Ok(FrameError { rmse: metrics.rmse, relmse: metrics.relmse })
 }

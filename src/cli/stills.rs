@@ -10,10 +10,21 @@ use crate::scene::camera::{Camera, View};
 use glam::{Vec2, Vec3, Vec4};
 use std::path::Path;
 
+/// What an image shows.
+pub struct Shot<'a> {
+    /// The view.
+    pub view: &'a View,
+    /// The camera that it comes from.
+    pub camera: Camera,
+    /// How it is displayed.
+    pub display: Display,
+    /// Level of each triangle by its id.
+    pub levels: Vec<u8>,
+}
+
 /// A finished image with its layers.
 pub struct Still<'a> {
-    view: &'a View,
-    display: Display,
+    shot: &'a Shot<'a>,
     combined: Vec<Vec4>,
     layers: Layers,
 }
@@ -23,17 +34,21 @@ pub struct Still<'a> {
 ///
 /// # Errors
 /// The device is lost or memory runs out.
-pub fn take<'a>(renderer: &mut Renderer, view: &'a View, display: Display, aa: u32) -> Result<Still<'a>> {
+pub fn take<'a>(renderer: &mut Renderer, shot: &'a Shot<'a>, aa: u32) -> Result<Still<'a>> {
+    let (view, display) = (shot.view, shot.display);
     if aa == 1 {
         let layers = renderer.read_layers()?;
-        return Ok(Still { view, display, combined: combined(&layers), layers });
+        return Ok(Still { shot, combined: combined(&layers), layers });
     }
     let mut film = Film::new(view.size);
+    // N points of a pixel stand for a square of 1/N of its area each.
+    renderer.set_filter_width((aa as f32).sqrt().recip());
     for offset in jitter(aa) {
         film.add(&combined(&redraw(renderer, view, display, offset)?));
     }
+    renderer.set_filter_width(1.0);
     let layers = redraw(renderer, view, display, Vec2::ZERO)?;
-    Ok(Still { view, display, combined: film.mean(), layers })
+    Ok(Still { shot, combined: film.mean(), layers })
 }
 
 fn redraw(renderer: &mut Renderer, view: &View, display: Display, offset: Vec2) -> Result<Layers> {
@@ -59,22 +74,29 @@ impl Still<'_> {
     ///
     /// # Errors
     /// [`Error::Io`] naming the file.
-    pub fn write(&self, path: &Path, comments: &str, camera: Camera) -> Result<Option<String>> {
+    pub fn write(&self, path: &Path, comments: &str) -> Result<Option<String>> {
         match FileFormat::of(path) {
-            Some(FileFormat::Png) => png::write(path, self.view.size, &self.combined, &self.display).map(|()| None),
-            Some(FileFormat::Exr) => self.write_exr(path, comments, camera),
+            Some(FileFormat::Png) => {
+                png::write(path, self.shot.view.size, &self.combined, &self.shot.display).map(|()| None)
+            }
+            Some(FileFormat::Exr) => self.write_exr(path, comments),
             None => Err(Error::Usage(format!("{}: write .exr or .png", path.display()))),
         }
     }
 
-    fn write_exr(&self, path: &Path, comments: &str, camera: Camera) -> Result<Option<String>> {
+    /// Splits above the triangle of id − 1; 0 where nothing is drawn.
+    fn level_of(&self, leaf_id: u32) -> u32 {
+        let level = leaf_id.checked_sub(1).and_then(|leaf| self.shot.levels.get(leaf as usize));
+        level.map_or(0, |&level| level.into())
+    }
+
+    fn write_exr(&self, path: &Path, comments: &str) -> Result<Option<String>> {
         let vectors = |pixels: &[[f32; 3]]| pixels.iter().copied().map(Vec3::from_array).collect::<Vec<Vec3>>();
-        let Layers { kd, ks, d, s, le, face_id, .. } = &self.layers;
+        let Layers { kd, ks, d, s, le, face_id, leaf_id, .. } = &self.layers;
         let [kd, ks, diffuse, specular, emitted] = [kd, ks, d, s, le].map(|layer| vectors(layer));
-        // Nothing is split yet: every visible face is a base face.
-        let level = vec![0; face_id.len()];
+        let level: Vec<u32> = leaf_id.iter().map(|&id| self.level_of(id)).collect();
         let layers = RenderLayers {
-            size: self.view.size,
+            size: self.shot.view.size,
             combined: &self.combined,
             kd: &kd,
             ks: &ks,
@@ -84,7 +106,7 @@ impl Still<'_> {
             face_id,
             level: &level,
         };
-        let provenance = Provenance { comments: comments.to_owned(), camera: Some(camera) };
+        let provenance = Provenance { comments: comments.to_owned(), camera: Some(self.shot.camera) };
         Ok(write_render(path, &layers, &provenance)?.warning())
     }
 }

@@ -43,6 +43,12 @@ pub fn positive(text: &str) -> Result<f32, String> {
     value.ok_or_else(|| "expected a number more than 0, as in 0.01".to_owned())
 }
 
+/// A finite number ≥ 0.
+pub fn limit(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v >= 0.0);
+    value.ok_or_else(|| "expected a number of 0 or more, as in 0.01".to_owned())
+}
+
 /// An exposure that leaves half-float radiance inside what f32 holds.
 pub fn stops(text: &str) -> Result<f32, String> {
     let value = text.parse::<f32>().ok().filter(|v| (-64.0..=64.0).contains(v));
@@ -64,6 +70,15 @@ pub fn exr_path(text: &str) -> Result<PathBuf, String> {
     match FileFormat::of(&path) {
         Some(FileFormat::Exr) => Ok(path),
         _ => Err("its extension must be .exr: a reference is linear 32-bit float".to_owned()),
+    }
+}
+
+/// A PNG file.
+pub fn png_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match FileFormat::of(&path) {
+        Some(FileFormat::Png) => Ok(path),
+        _ => Err("its extension must be .png".to_owned()),
     }
 }
 
@@ -129,6 +144,8 @@ mod tests {
     #[test]
     fn numbers() {
         assert_eq!(positive("0.01"), Ok(0.01));
+        assert_eq!(limit("0"), Ok(0.0));
+        assert!(limit("-1").is_err() && limit("nan").is_err() && limit("inf").is_err());
         assert_eq!(stops("-1.5"), Ok(-1.5));
         for bad in ["0", "-1", "nan", "inf", "1e39"] {
             assert!(positive(bad).is_err(), "{bad}");
@@ -142,6 +159,7 @@ mod tests {
     fn paths() {
         assert!(image_path("a.EXR").is_ok() && image_path("b.c/a.png").is_ok());
         assert!(exr_path("a.exr").is_ok() && exr_path("a.png").is_err());
+        assert!(png_path("a.PNG").is_ok() && png_path("a.exr").is_err());
         for bad in ["", "a", "a.jpg", "exr", ".exr", "a.exr/b"] {
             assert!(image_path(bad).is_err_and(|m| m.contains(".png")), "{bad}");
         }

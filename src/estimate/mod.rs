@@ -1,5 +1,3 @@
-//! Estimators: light arriving at a vertex from each source.
+//! Estimators: what is kept of light arriving at a point from one source.
 
-pub mod direct;
-pub mod luminance;
-pub mod world;
+pub mod visibility;

@@ -95,8 +95,52 @@ pub fn own_relmse(reference: &[Vec3], variance: &[Vec3], mask: Option<&[bool]>, 
     Some(sum / (pixels.len() as f64 * 3.0))
 }
 
+/// How often images differ by more than their noise explains.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ZTest {
+    /// Values (pixels × channels) tested: those with a variance.
+    pub values: usize,
+    /// Share of them with |z| > [`ZTest::LIMIT`].
+    pub share: f64,
+}
+
+impl ZTest {
+    /// Standard deviations beyond which a difference counts.
+    pub const LIMIT: f64 = 3.0;
+    /// The share that is beyond the limit when both images estimate the same (a normal distribution).
+    pub const EXPECTED: f64 = 0.002_699_796;
+}
+
+/// Tests each value's z = d/√(σ² + δ²), where `variance` is the sum of both images' and δ the rounding of half floats.
+///
+/// `None` when no value has a variance.
+///
+/// # Panics
+/// If the slices differ in length.
+#[must_use]
+pub fn z_test(image: &[Vec3], reference: &[Vec3], variance: &[Vec3], mask: Option<&[bool]>) -> Option<ZTest> {
+    assert!(image.len() == reference.len() && image.len() == variance.len(), "images of one size");
+    let finite = |i: usize| image[i].is_finite() && reference[i].is_finite() && variance[i].is_finite();
+    let (pixels, ..) = select(image.len(), mask, finite);
+    // Rounded to 11 significant bits, an error is uniform in ±2⁻¹² to ±2⁻¹¹ of the value.
+    let rounding = |r: f64| (r * 2f64.powi(-11)).powi(2) / 3.0;
+    let (mut values, mut beyond) = (0, 0);
+    for &i in &pixels {
+        for channel in 0..3 {
+            let [a, r, v] = [image[i], reference[i], variance[i]].map(|c| f64::from(c[channel]));
+            if v > 0.0 {
+                values += 1;
+                beyond += usize::from((a - r).powi(2) > ZTest::LIMIT.powi(2) * (v + rounding(r)));
+            }
+        }
+    }
+    (values > 0).then(|| ZTest { values, share: beyond as f64 / values as f64 })
+}
+
 impl Epsilon {
-    fn resolve(self, mean: f64) -> f64 {
+    /// The value to add to r², for a reference of this mean.
+    #[must_use]
+    pub fn resolve(self, mean: f64) -> f64 {
         match self {
             Self::OfMeanSquare(factor) => f64::from(factor) * mean * mean,
             Self::Absolute(value) => f64::from(value),
@@ -183,6 +227,20 @@ mod tests {
         let one = compare(&IMAGE, &REFERENCE, None, Epsilon::default()).expect("pixels").relmse;
         let two = compare(&scaled(&IMAGE), &scaled(&REFERENCE), None, Epsilon::default()).expect("pixels").relmse;
         close(one, two);
+    }
+
+    #[test]
+    fn z_counts_what_noise_does_not_explain() {
+        let variance = [Vec3::new(0.02, 0.02, 0.2), Vec3::new(0.0, 0.0, 0.01)];
+        // z: 0.5/0.141 = 3.5, 0, 1/0.447 = 2.2; then without variance twice, and 0.
+        let z = z_test(&IMAGE, &REFERENCE, &variance, None).expect("values");
+        assert_eq!(z.values, 4);
+        close(z.share, 0.25);
+        assert_eq!(z_test(&IMAGE, &REFERENCE, &[Vec3::ZERO; 2], None), None);
+        assert_eq!(z_test(&IMAGE, &REFERENCE, &variance, Some(&[false, true])).expect("values").values, 1);
+        // What half floats round away is no difference, however sure the reference is.
+        let rounded = REFERENCE.map(|r| r * (1.0 + 2f32.powi(-12)));
+        close(z_test(&rounded, &REFERENCE, &[Vec3::splat(1e-20); 2], None).expect("values").share, 0.0);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Images: film, EXR and PNG files, tone mapping, metrics.
 
 pub mod atomic;
+pub mod error_picture;
 pub mod exr;
 pub mod film;
+pub mod flip;
 pub mod metrics;
 pub mod png;
 pub mod tone_mapping;

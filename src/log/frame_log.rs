@@ -62,6 +62,8 @@ pub struct FrameError {
     pub rmse: f64,
     /// Relative mean square error.
     pub relmse: f64,
+    /// Mean FLIP error as displayed, where it was measured.
+    pub flip: Option<f64>,
 }
 
 /// One row.
@@ -119,7 +121,7 @@ impl FrameLog {
             fields.extend([
                 scientific(row.error.map(|e| e.rmse)),
                 scientific(row.error.map(|e| e.relmse)),
-                String::new(),
+                scientific(row.error.and_then(|e| e.flip)),
             ]);
         }
         self.write(&fields.iter().collect())
@@ -220,15 +222,18 @@ mod tests {
         let start = Instant::now();
         let mut log = FrameLog::create(&path, start, true).expect("log");
         let mut with = row(start);
-        with.error = Some(FrameError { rmse: 0.5, relmse: 1.25e-7 });
+        with.error = Some(FrameError { rmse: 0.5, relmse: 1.25e-7, flip: Some(0.125) });
         with.engine.estimated_error = Some(0.25);
         log.record(&with).expect("row");
         log.record(&row(start)).expect("row");
+        with.error = Some(FrameError { rmse: 0.5, relmse: 1.25e-7, flip: None });
+        log.record(&with).expect("row");
         let text = std::fs::read_to_string(&path).expect("log");
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], format!("{HEADER},rmse,relmse,flip"));
-        assert!(lines[1].ends_with(",12.3,2.50000e-1,5.00000e-1,1.25000e-7,"), "{}", lines[1]);
+        assert!(lines[1].ends_with(",12.3,2.50000e-1,5.00000e-1,1.25000e-7,1.25000e-1"), "{}", lines[1]);
         assert!(lines[2].ends_with(",12.3,,,,"), "{}", lines[2]);
+        assert!(lines[3].ends_with("5.00000e-1,1.25000e-7,"), "{}", lines[3]);
     }
 
     #[test]

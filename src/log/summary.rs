@@ -2,7 +2,6 @@
 
 use crate::error::Result;
 use crate::image::atomic;
-use crate::vk::report::Formats;
 use serde::Serialize;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -19,7 +18,7 @@ pub struct Summary {
     /// Its driver and the driver's version.
     pub driver: String,
     /// Chosen format of each image, by the image's name.
-    pub formats: Option<Formats>,
+    pub formats: serde_json::Value,
     /// Seed of all random choices.
     pub seed: u64,
     /// Threads that traced rays.

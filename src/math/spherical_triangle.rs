@@ -19,7 +19,7 @@ const TRUSTED: f64 = 1e-6;
 /// strata. `None` where the triangle is too small or too thin: then its points are as good as equally bright.
 #[must_use]
 pub fn direction(corner: DVec3, edges: [DVec3; 2], omega: f64, u: [f64; 2]) -> Option<DVec3> {
-    if omega < TRUSTED || omega > std::f64::consts::TAU - TRUSTED {
+    if !(TRUSTED..=std::f64::consts::TAU - TRUSTED).contains(&omega) {
         return None;
     }
     let [a, b, c] = [corner, corner + edges[0], corner + edges[1]].map(DVec3::normalize);
@@ -46,18 +46,13 @@ pub fn direction(corner: DVec3, edges: [DVec3; 2], omega: f64, u: [f64; 2]) -> O
     found.is_finite().then_some(found)
 }
 
-/// Where the ray from the origin along `direction` meets the triangle: barycentrics of the ends of its edges, moved into the
-/// triangle where rounding put them outside. `None` for a ray within the triangle's plane.
+/// Where the line from the origin along `direction` meets the triangle's plane: barycentrics of the ends of its edges, and
+/// the way there in lengths of `direction`. `None` for a line within the plane.
 #[must_use]
-pub fn barycentrics(corner: DVec3, edges: [DVec3; 2], direction: DVec3) -> Option<[f64; 2]> {
+pub fn meet(corner: DVec3, edges: [DVec3; 2], direction: DVec3) -> Option<([f64; 2], f64)> {
     let p = direction.cross(edges[1]);
     let determinant = edges[0].dot(p);
     let q = -corner.cross(edges[0]);
     let (s, t) = (-corner.dot(p) / determinant, direction.dot(q) / determinant);
-    if !(s.is_finite() && t.is_finite()) {
-        return None;
-    }
-    let (s, t) = (s.max(0.0), t.max(0.0));
-    let excess = (s + t).max(1.0);
-    Some([s / excess, t / excess])
+    (s.is_finite() && t.is_finite()).then(|| ([s, t], edges[1].dot(q) / determinant))
 }

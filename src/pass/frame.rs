@@ -189,7 +189,7 @@ impl Renderer {
             exposure: display.exposure.exp2(),
             tone_mapping: display.tone_mapping as u32,
             emits_back: u32::from(scene.emits_back),
-            padding: 0,
+            filter_width: self.filter_width,
         };
         self.uniform.write(0, &[uniform])
     }

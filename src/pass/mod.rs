@@ -8,7 +8,6 @@ mod combine;
 mod frame;
 mod luminance;
 mod mesh;
-mod mipmap;
 mod mirror;
 mod pixel_counts;
 mod plan;

@@ -59,6 +59,8 @@ pub struct Renderer {
     pub(super) view: View,
     /// Sub-pixel offset of the samples, pixels.
     pub(super) jitter: Vec2,
+    /// Width of the square that textures are filtered over, pixels.
+    pub(super) filter_width: f32,
     /// Face of each pixel plus 1 when visibility was last drawn.
     face_ids: Vec<u32>,
     /// Whether each face had pixels when visibility was last drawn.
@@ -104,6 +106,7 @@ impl Renderer {
             marks: Mirror::new(&device, "marks")?,
             view: View::new(&camera, miniature, 1.0),
             jitter: Vec2::ZERO,
+            filter_width: 1.0,
             face_ids: Vec::new(),
             visible: Vec::new(),
             luminance_scale: 1.0,
@@ -170,6 +173,12 @@ impl Renderer {
     pub fn set_view(&mut self, view: &View, jitter: Vec2) {
         self.view = *view;
         self.jitter = jitter;
+    }
+
+    /// Sets the width of the square, in pixels, that textures are filtered over: 1 for a picture drawn once, less where
+    /// redraws are averaged.
+    pub fn set_filter_width(&mut self, pixels: f32) {
+        self.filter_width = pixels;
     }
 
     /// Draws face ids and counts the pixels of each visible face; sorted by face. The frames that follow draw the

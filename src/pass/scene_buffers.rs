@@ -1,6 +1,5 @@
 //! The scene on the device: geometry, materials, and all texels with their mip chains in one buffer.
 
-use super::mipmap;
 use super::shared::{GpuDrawnTriangle, GpuMaterial, GpuTexture, GpuTriangle, MAX_LEVELS};
 use crate::error::{Error, Result};
 use crate::scene::texture::Texture;
@@ -8,7 +7,6 @@ use crate::scene::{EmissionSide, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
 use crate::vk::{Buffer, Commands, Device};
 use bytemuck::NoUninit;
-use rayon::prelude::*;
 
 /// Largest values that half floats (up to 2^16, full precision from 2^-14) hold well as they are.
 const COMFORTABLE: std::ops::RangeInclusive<f32> = 0.003_906_25..=16384.0;
@@ -59,7 +57,7 @@ impl SceneBuffers {
         buffers.with_texels(device, commands, &scene.textures, &headers)
     }
 
-    /// Builds the mip chains, a texture a thread, and writes each as it comes.
+    /// Writes the mip chains.
     fn with_texels(
         mut self,
         device: &Device,
@@ -67,12 +65,8 @@ impl SceneBuffers {
         textures: &[Texture],
         headers: &[GpuTexture],
     ) -> Result<Self> {
-        // A few at a time, so that the chains of all textures never lie in memory twice.
-        for (textures, headers) in textures.chunks(8).zip(headers.chunks(8)) {
-            let chains: Vec<Vec<u32>> = textures.par_iter().map(mipmap::chain).collect();
-            for (chain, header) in chains.iter().zip(headers) {
-                commands.upload(device, &mut self.texels, 4 * u64::from(header.first[0]), chain)?;
-            }
+        for (texture, header) in textures.iter().zip(headers) {
+            commands.upload(device, &mut self.texels, 4 * u64::from(header.first[0]), texture.texels())?;
         }
         Ok(self)
     }
@@ -115,15 +109,15 @@ fn texture_headers(textures: &[Texture]) -> Result<(Vec<GpuTexture>, u64)> {
     let mut total = 0u64;
     let mut headers = Vec::with_capacity(textures.len());
     for texture in textures {
-        let extents = mipmap::extents(texture.width, texture.height);
+        let extents = texture.extents();
         let mut first = [0; MAX_LEVELS];
-        for (first, [w, h]) in first.iter_mut().zip(&extents) {
+        for (first, [w, h]) in first.iter_mut().zip(extents) {
             *first = u32::try_from(total).map_err(|_| {
                 Error::Exhausted("the textures hold more than 2^32 texels together; make them smaller".to_owned())
             })?;
             total += u64::from(*w) * u64::from(*h);
         }
-        headers.push(GpuTexture { extent: [texture.width, texture.height], levels: extents.len() as u32, first });
+        headers.push(GpuTexture { extent: extents[0], levels: extents.len() as u32, first });
     }
     Ok((headers, total))
 }

@@ -10,8 +10,7 @@ use glam::Vec3;
 
 /// "No texture".
 pub(super) const NONE: u32 = u32::MAX;
-/// Mip levels of a texture: enough for 16384 texels a side.
-pub(super) const MAX_LEVELS: usize = 15;
+pub(super) use crate::scene::texture::MAX_LEVELS;
 
 /// The uniform block of every stage.
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
@@ -39,8 +38,8 @@ pub(super) struct FrameUniform {
     pub exposure: f32,
     pub tone_mapping: u32,
     pub emits_back: u32,
-    /// Rounds the size up to the addresses' alignment.
-    pub padding: u32,
+    /// Width of the square that textures are filtered over, pixels.
+    pub filter_width: f32,
 }
 
 /// A triangle by its id.

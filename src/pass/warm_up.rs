@@ -73,7 +73,7 @@ fn leaves(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation: u32) ->
         for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
             update.slots.push((*slot, Slot { position, weight: 1.0, diffuse, specular: diffuse }));
         }
-        update.leaves.push((LeafId(new), Leaf { slots, face }));
+        update.leaves.push((LeafId(new), Leaf { slots, face, level: 0 }));
         let start = update.patch_leaves.len() as u32;
         update.patch_leaves.extend(old.map(|old| LeafId(id(old, face))));
         let middle = update.patch_leaves.len() as u32;
@@ -86,7 +86,7 @@ fn leaves(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation: u32) ->
 /// Triangles of all slopes and sizes, textured, some with a mask.
 fn miniature() -> Scene {
     let texels = vec![[255, 128, 0, 255], [0, 0, 0, 0], [0, 0, 0, 0], [255, 255, 255, 255]];
-    let texture = Texture { name: "warm-up".to_owned(), width: 2, height: 2, texels };
+    let texture = Texture::new("warm-up".to_owned(), [2, 2], texels);
     let map = Some(TextureId(0));
     let textured = Material { map_kd: map, map_ke: map, ke: Vec3::ONE, ..Material::grey("textured") };
     let masked = Material { map_d: map, ..Material::grey("masked") };

@@ -2,13 +2,14 @@
 //!
 //! So far it computes direct light only (`--direct-only`): emission seen directly, and one shadow ray a light sample.
 
-use crate::estimate::world::World;
 use crate::geom::{Hit, Ray};
 use crate::math::{combine, luminance, sequence::Sequence};
 use crate::scene::Scene;
 use crate::scene::camera::View;
+use crate::scene::footprint::Footprint;
 use crate::shade::lights::{Arrival, Source, delta_arrival};
 use crate::shade::phong::lobe;
+use crate::shade::world::World;
 use glam::{Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 use std::f32::consts::PI;
@@ -130,20 +131,24 @@ impl PixelSums {
 fn sample_pixel(world: &World<'_>, view: &View, filter: Filter, (x, y): (usize, usize), index: u32) -> (Sample, u64) {
     let pixel = (y * view.size.width as usize + x) as u64;
     let sequence = Sequence::new(combine(world.seed, pixel));
-    let offset = match filter {
-        Filter::Point => Vec2::splat(0.5),
+    // Many points of a pixel filter textures by themselves; a single one does as the colour pass.
+    let (offset, width) = match filter {
+        Filter::Point => (Vec2::splat(0.5), 1.0),
         Filter::Box => {
             let [u, v, ..] = sequence.point(index);
-            Vec2::new(u, v)
+            (Vec2::new(u, v), 0.0)
         }
     };
-    let direction = view.direction(Vec2::new(x as f32, y as f32) + offset);
+    let point = Vec2::new(x as f32, y as f32) + offset;
+    let direction = view.direction(point);
     let ray = Ray { origin: view.eye + direction * view.near, direction: direction.normalize(), t_max: f32::INFINITY };
     match world.bvh.closest(world.scene, &ray) {
         None => (Sample { radiance: Vec3::ZERO, hit: false, emits: false }, 1),
         Some(hit) => {
-            let (light, rays) = direct(world, &ray, &hit, &sequence, index);
-            let emitted = world.scene.emitted_at(hit.face(), hit.u, hit.v);
+            let footprint = Footprint::of_pixel(world.scene, view, hit.triangle, point, width);
+            let surface = Surface::new(world.scene, &ray, &hit, &footprint);
+            let (light, rays) = direct(world, &surface, &sequence, index);
+            let emitted = world.scene.emitted_over(hit.face(), hit.u, hit.v, &footprint);
             let emits = world.scene.face_emits(hit.face());
             (Sample { radiance: emitted + light, hit: true, emits }, rays + 1)
         }
@@ -162,7 +167,7 @@ struct Surface {
 }
 
 impl Surface {
-    fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
+    fn new(scene: &Scene, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
         // The point from the barycentrics, not from t: its error follows the triangle's size, not the distance.
         let [a, b, c] = scene.corners(hit.triangle);
         let point = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
@@ -174,7 +179,7 @@ impl Surface {
             origin: point + facet * (scale * 4e-6),
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
             to_eye: -ray.direction,
-            kd: scene.kd_at(hit.triangle, hit.u, hit.v),
+            kd: scene.kd_over(hit.triangle, hit.u, hit.v, footprint),
             ks: material.ks,
             shininess: material.shininess,
         }
@@ -195,15 +200,14 @@ impl Surface {
 const SAMPLE_ALL: usize = 4;
 
 /// One sample of the direct light reflected at a hit.
-fn direct(world: &World<'_>, ray: &Ray, hit: &Hit, sequence: &Sequence, index: u32) -> (Vec3, u64) {
-    let surface = Surface::new(world.scene, ray, hit);
+fn direct(world: &World<'_>, surface: &Surface, sequence: &Sequence, index: u32) -> (Vec3, u64) {
     let sources = &world.lights.sources;
     let mut rays = 0;
     if sources.len() <= SAMPLE_ALL {
         let mut sum = Vec3::ZERO;
         for light in 0..sources.len() {
             let set = 1 + light as u32;
-            sum += from_light(world, &surface, light, sequence.point_of_set(index, set), &mut rays);
+            sum += from_light(world, surface, light, sequence.point_of_set(index, set), &mut rays);
         }
         return (sum, rays);
     }
@@ -218,8 +222,7 @@ fn direct(world: &World<'_>, ray: &Ray, hit: &Hit, sequence: &Sequence, index: u
     });
     // Rounding may run past the end; the last light that can contribute stands in.
     let Some(light) = chosen.or_else(|| bounds.iter().rposition(|&b| b > 0.0)) else { return (Vec3::ZERO, 0) };
-    let value =
-        from_light(world, &surface, light, sequence.point_of_set(index, 1), &mut rays) * (total / bounds[light]);
+    let value = from_light(world, surface, light, sequence.point_of_set(index, 1), &mut rays) * (total / bounds[light]);
     (value, rays)
 }
 

@@ -65,8 +65,10 @@ const CONTRAST_WEIGHT: f32 = 0.02;
 const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
 /// A child's square error against its parent's, where light is smooth.
 const CHILD: f32 = 1.0 / 16.0;
+/// Pixels of the smallest leaf with covered corners, against other leaves.
+const COVERED_PIXELS: f32 = 0.2;
 /// Rays that a new vertex costs, evaluation included.
-const VERTEX_COST: f32 = 8.0;
+const VERTEX_COST: f32 = 16.0;
 
 /// A leaf's light at a glance.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +79,8 @@ pub struct LeafLight {
     pub step: f32,
     /// Largest Michelson contrast along an edge; an edge with a covered end counts as one.
     pub contrast: f32,
+    /// Whether some of the corners are covered by other geometry, and some are not.
+    pub covered: bool,
     /// Mean square error expected from interpolation.
     pub interpolation: f32,
     /// Mean variance of noise over the leaf.
@@ -115,7 +119,8 @@ impl Judge<'_> {
         let variance = node.corners.map(|slot| self.cache.slots[slot.0].variance).iter().sum::<f32>();
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let interpolation = node.work.surplus + SURPLUS_TO_MSE * CHILD * unseen;
-        LeafLight { mean, step, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+        let covered = covered.contains(&true) && covered.contains(&false);
+        LeafLight { mean, covered, step, contrast, interpolation, noise: noise_gain * variance / 6.0 }
     }
 
     /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles, less
@@ -149,10 +154,12 @@ impl Judge<'_> {
     #[must_use]
     pub fn split_key(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
-        if node.level >= MAX_LEVEL || node.work.pixels <= self.options.min_pixels {
+        let light = self.leaf(id);
+        // What lies under other geometry ends at a line: a leaf across it is refined until the line is a pixel wide.
+        let min_pixels = if light.covered { self.options.min_pixels * COVERED_PIXELS } else { self.options.min_pixels };
+        if node.level >= MAX_LEVEL || node.work.pixels <= min_pixels {
             return 0.0;
         }
-        let light = self.leaf(id);
         if self.options.priority == Priority::Random {
             let wanted = light.contrast > self.options.contrast || self.longest_edge(id) > self.options.shadow_size;
             return if wanted { self.random(u64::from(id.0)) } else { 0.0 };

@@ -2,12 +2,12 @@
 
 use super::engine::Engine;
 use super::queue::Task;
-use crate::cache::dynamic::SlotId;
-use crate::cache::layer::Origin;
+use crate::cache::direct::{self, Job, Wanted};
+use crate::cache::dynamic::{Cache, SlotId};
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
-use crate::estimate::direct::{self, Job, Wanted};
-use crate::estimate::world::World;
+use crate::estimate::visibility::Origin;
+use crate::shade::world::World;
 use rustc_hash::FxHashSet;
 
 /// Base vertices a run: enough to be worth handing out, few enough to keep the frame loop served.
@@ -131,13 +131,14 @@ impl Engine {
             chunk.iter().for_each(|&job| direct::visit(&world, cache, job, &mut results));
             results
         });
+        let traced = |cache: &Cache| jobs.iter().filter(|j| cache.vertices[j.vertex.0].progress.traced).count();
+        let before = traced(&self.cache);
         for result in &results {
             direct::apply(&mut self.cache, result);
             self.stats.rays += result.rays;
         }
+        self.stats.vertices += (traced(&self.cache) - before) as u64;
         for job in jobs {
-            let first = matches!(job.wanted, Wanted::Strongest | Wanted::Midpoint { .. });
-            self.stats.vertices += u64::from(first);
             let progress = &mut self.cache.vertices[job.vertex.0].progress;
             progress.visited = true;
             progress.version += 1;
@@ -173,18 +174,17 @@ impl Engine {
             if self.cache.topology.nodes[node.0].child.is_some() {
                 continue;
             }
-            let corners = self.cache.corner_vertices(node);
+            let corners = self.cache.drawn_vertices(node);
             for (light, layer) in (0_u32..).zip(&self.cache.layers) {
-                let known = corners.map(|v| layer.visibility.get(v.0));
-                let agree = known.iter().all(|k| k.fraction() == known[0].fraction());
-                if agree {
+                let known = |v: VertexId| layer.visibility.get(v.0);
+                let first = known(corners[0]).fraction();
+                if corners.iter().all(|&v| known(v).fraction() == first) {
                     continue;
                 }
-                for (vertex, known) in corners.into_iter().zip(known) {
-                    if known.origin == Origin::Inferred
-                        && self.can_light(vertex, light)
-                        && found.insert((vertex, light))
-                    {
+                let source = &self.lights.sources[light as usize];
+                for &vertex in &corners {
+                    let open = direct::is_unconfirmed(source, known(vertex)) && self.can_light(vertex, light);
+                    if open && found.insert((vertex, light)) {
                         jobs.push(Job { vertex, wanted: Wanted::Confirm { light } });
                     }
                 }

@@ -57,7 +57,7 @@ pub struct Update {
 pub struct EngineStats {
     /// Rays traced since the start.
     pub rays: u64,
-    /// Vertices evaluated at least once.
+    /// Vertices at which light has been traced (others take agreeing neighbours' word).
     pub vertices: u64,
     /// Leaf triangles of the dynamic mesh.
     pub triangles: u64,

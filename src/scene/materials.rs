@@ -12,6 +12,8 @@ use glam::Vec3;
 const DEFAULT_KD: f32 = 0.8;
 /// Phong exponents above this are mirrors, which show the highlight of direct light only.
 const MIRROR_NS: f32 = 1000.0;
+/// What is said of them.
+const MIRROR: &str = "mirrors are not supported yet: it shows the highlight of direct light only";
 
 /// Whether the triangles of a material are left out: glass, until there are refractions. Warns.
 pub(super) fn is_see_through(m: &MtlMaterial, report: &mut Report) -> bool {
@@ -22,7 +24,7 @@ pub(super) fn is_see_through(m: &MtlMaterial, report: &mut Report) -> bool {
     };
     let message =
         format!("material {}: {why} is not supported yet: its faces are not drawn and let light pass", m.name);
-    report.warn(&m.file, Some(m.line), message);
+    report.stand_in(&m.file, Some(m.line), message);
     true
 }
 
@@ -65,7 +67,8 @@ pub(super) fn build(m: &MtlMaterial, textures: [Option<TextureId>; 3], report: &
         (kd, ks) = bound(kd, ks);
     }
     if ks != Vec3::ZERO && (matches!(m.illum, Some(3 | 5)) || shininess > MIRROR_NS) {
-        warn(m.line, "mirrors are not supported yet: it shows the highlight of direct light only".into());
+        let message = format!("material {}: {MIRROR}", m.name);
+        report.stand_in(&m.file, Some(m.line), message);
     }
     Material { name: m.name.clone(), kd, ks, shininess, ke, map_kd, map_ke, map_d }
 }

@@ -6,12 +6,14 @@
 pub mod camera;
 pub mod camera_path;
 mod emitters;
+pub mod footprint;
 mod framing;
 mod input;
 pub mod light;
 pub mod load;
 pub mod material;
 mod materials;
+mod mipmap;
 mod mtl;
 mod normals;
 mod obj;
@@ -26,10 +28,11 @@ mod textures;
 mod toml_walk;
 
 use camera::NamedCamera;
+use footprint::Footprint;
 use glam::{Vec2, Vec3};
 use light::Light;
 use material::{Material, MaterialId};
-use texture::Texture;
+use texture::{Texture, TextureId};
 
 /// A triangle of the scene: index into [`Scene::triangles`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -185,11 +188,21 @@ impl Scene {
     /// Diffuse reflectance k_d at a point of a triangle (constant × `map_Kd`), linear.
     #[must_use]
     pub fn kd_at(&self, triangle: TriangleId, u: f32, v: f32) -> Vec3 {
+        self.kd_over(triangle, u, v, &Footprint::POINT)
+    }
+
+    /// Diffuse reflectance k_d, its texture filtered over a footprint about a point.
+    #[must_use]
+    pub fn kd_over(&self, triangle: TriangleId, u: f32, v: f32, footprint: &Footprint) -> Vec3 {
         let m = self.material(triangle);
-        match m.map_kd {
-            Some(t) => m.kd * self.textures[t.0 as usize].rgb(self.uv_at(triangle, u, v)),
-            None => m.kd,
-        }
+        m.kd * m.map_kd.map_or(Vec3::ONE, |map| self.filtered(map, triangle, [u, v], footprint))
+    }
+
+    fn filtered(&self, map: TextureId, triangle: TriangleId, [u, v]: [f32; 2], footprint: &Footprint) -> Vec3 {
+        let [a, b, c] = self.uvs[triangle.0 as usize];
+        let gradient = |d: Vec2| (b - a) * d.x + (c - a) * d.y;
+        let uv = self.uv_at(triangle, u, v);
+        self.textures[map.0 as usize].sample_filtered(uv, gradient(footprint.d_dx), gradient(footprint.d_dy))
     }
 
     /// Whether the face emits at all: `Ke` > 0 and the right side.
@@ -202,14 +215,17 @@ impl Scene {
     /// Emitted radiance L_e of a face at barycentrics (`u`, `v`), W·sr⁻¹·m⁻².
     #[must_use]
     pub fn emitted_at(&self, face: FaceId, u: f32, v: f32) -> Vec3 {
+        self.emitted_over(face, u, v, &Footprint::POINT)
+    }
+
+    /// Emitted radiance L_e, its texture filtered over a footprint about a point.
+    #[must_use]
+    pub fn emitted_over(&self, face: FaceId, u: f32, v: f32, footprint: &Footprint) -> Vec3 {
         if !self.face_emits(face) {
             return Vec3::ZERO;
         }
         let m = self.material(face.triangle());
-        match m.map_ke {
-            Some(t) => m.ke * self.textures[t.0 as usize].rgb(self.uv_at(face.triangle(), u, v)),
-            None => m.ke,
-        }
+        m.ke * m.map_ke.map_or(Vec3::ONE, |map| self.filtered(map, face.triangle(), [u, v], footprint))
     }
 
     /// The cut-out rule, the same everywhere: `map_d` level 0, bilinear, repeat, opaque at ≥ 0.5.

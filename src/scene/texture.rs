@@ -1,22 +1,25 @@
 //! Textures: 8-bit texels, sampled on the CPU by the rule that the colour pass follows too.
 
+use super::mipmap;
 use glam::{Vec2, Vec3, Vec4};
+
+/// Most levels that a mip chain has.
+pub const MAX_LEVELS: usize = mipmap::MAX_LEVELS;
 
 /// Index into [`super::Scene::textures`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TextureId(pub u32);
 
-/// A decoded image, RGBA8, row 0 at the top. RGB is sRGB-encoded, A is linear (the cut-out mask of `map_d`).
+/// A decoded image with its mip chain, RGBA8, row 0 at the top. RGB is sRGB-encoded, A is linear (the cut-out mask of
+/// `map_d`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// Path as written in messages.
-    pub name: String,
-    /// Width in texels, ≥ 1.
-    pub width: u32,
-    /// Height in texels, ≥ 1.
-    pub height: u32,
-    /// `width * height` texels, top row first.
-    pub texels: Vec<[u8; 4]>,
+    name: String,
+    /// Extents of the levels, from the largest: each half of the one before, rounded down, at least 1.
+    extents: Vec<[u32; 2]>,
+    /// Level after level, top row first.
+    texels: Vec<[u8; 4]>,
 }
 
 /// sRGB electro-optical transfer function (IEC 61966-2-1), encoded [0, 1] to linear [0, 1].
@@ -26,34 +29,68 @@ pub fn srgb_to_linear(c: f32) -> f32 {
 }
 
 /// Linear values of the 256 sRGB codes.
-static SRGB: std::sync::LazyLock<[f32; 256]> =
+pub(super) static SRGB: std::sync::LazyLock<[f32; 256]> =
     std::sync::LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
 
 impl Texture {
-    /// The texel at integer coordinates, repeated; linear RGB and A.
+    /// A texture from the texels of its largest level, top row first; the others are box-filtered in linear light.
+    ///
+    /// # Panics
+    /// If there is not one texel, at least, and as many as the extent says.
     #[must_use]
-    pub fn texel(&self, x: i64, y: i64) -> Vec4 {
-        let column = x.rem_euclid(i64::from(self.width)) as usize;
-        let row = y.rem_euclid(i64::from(self.height)) as usize;
-        let [r, g, b, a] = self.texels[row * self.width as usize + column];
-        Vec4::new(SRGB[r as usize], SRGB[g as usize], SRGB[b as usize], f32::from(a) / 255.0)
+    pub fn new(name: String, [width, height]: [u32; 2], mut texels: Vec<[u8; 4]>) -> Self {
+        assert!(!texels.is_empty() && texels.len() as u64 == u64::from(width) * u64::from(height));
+        let extents = mipmap::extents(width, height);
+        mipmap::extend(&mut texels, &extents);
+        Self { name, extents, texels }
+    }
+
+    /// Path as written in messages.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Width and height of each level, the largest first.
+    #[must_use]
+    pub fn extents(&self) -> &[[u32; 2]] {
+        &self.extents
+    }
+
+    /// The texels of all levels, level after level, top row first.
+    #[must_use]
+    pub fn texels(&self) -> &[[u8; 4]] {
+        &self.texels
     }
 
     /// Bilinear, repeating look-up at level 0; `uv` in OBJ convention (v up).
     #[must_use]
     pub fn sample(&self, uv: Vec2) -> Vec4 {
-        // Non-finite coordinates are rejected by the loader; wrapping first keeps the integers small.
-        let x = uv.x.rem_euclid(1.0) * self.width as f32 - 0.5;
-        let y = (1.0 - uv.y).rem_euclid(1.0) * self.height as f32 - 0.5;
-        let (x0, y0) = (x.floor(), y.floor());
-        let (fx, fy) = (x - x0, y - y0);
-        let (x0, y0) = (x0 as i64, y0 as i64);
-        let top = self.texel(x0, y0).lerp(self.texel(x0 + 1, y0), fx);
-        let bottom = self.texel(x0, y0 + 1).lerp(self.texel(x0 + 1, y0 + 1), fx);
-        top.lerp(bottom, fy)
+        bilinear(&self.texels, self.extents[0], uv)
     }
 
-    /// Mean linear RGB over all texels.
+    /// Trilinear look-up of linear RGB, by the formulas of `glsl/include/texture.glsl`. The gradients are those of `uv`
+    /// across the footprint, in x and in y; one below a texel, or none, is level 0.
+    #[must_use]
+    pub fn sample_filtered(&self, uv: Vec2, d_dx: Vec2, d_dy: Vec2) -> Vec3 {
+        let [width, height] = self.extents[0];
+        let size = Vec2::new(width as f32, height as f32);
+        let extent = (d_dx * size).length().max((d_dy * size).length());
+        // Not a number counts as magnified.
+        let lod = if extent > 1.0 { extent.log2().min((self.extents.len() - 1) as f32) } else { 0.0 };
+        let level = lod as usize;
+        let fine = self.sample_level(level, uv);
+        let share = lod - level as f32;
+        if share > 0.0 { fine.lerp(self.sample_level(level + 1, uv), share) } else { fine }
+    }
+
+    fn sample_level(&self, level: usize, uv: Vec2) -> Vec3 {
+        let texels = |&[w, h]: &[u32; 2]| w as usize * h as usize;
+        let first: usize = self.extents[..level].iter().map(texels).sum();
+        bilinear(&self.texels[first..], self.extents[level], uv).truncate()
+    }
+
+    /// Mean linear RGB over all texels of level 0.
     #[must_use]
     pub fn mean(&self) -> Vec3 {
         let sum = |texels: &[[u8; 4]]| {
@@ -63,8 +100,9 @@ impl Texture {
                 .sum::<Vec3>()
         };
         // Row by row, so that f32 does not lose what it adds to a large sum.
-        let rows: Vec3 = self.texels.chunks(self.width as usize).map(|row| sum(row) / self.width as f32).sum();
-        rows / self.height as f32
+        let [width, height] = self.extents[0];
+        let rows = self.texels.chunks(width as usize).take(height as usize);
+        rows.map(|row| sum(row) / width as f32).sum::<Vec3>() / height as f32
     }
 
     /// Linear RGB at `uv`.
@@ -77,5 +115,60 @@ impl Texture {
     #[must_use]
     pub fn alpha(&self, uv: Vec2) -> f32 {
         self.sample(uv).w
+    }
+}
+
+/// Bilinear, repeating look-up in one level.
+fn bilinear(texels: &[[u8; 4]], [width, height]: [u32; 2], uv: Vec2) -> Vec4 {
+    // Non-finite coordinates are rejected by the loader; wrapping first keeps the integers small.
+    let x = uv.x.rem_euclid(1.0) * width as f32 - 0.5;
+    let y = (1.0 - uv.y).rem_euclid(1.0) * height as f32 - 0.5;
+    let (x0, y0) = (x.floor(), y.floor());
+    let (fx, fy) = (x - x0, y - y0);
+    let (x0, y0) = (x0 as i64, y0 as i64);
+    let texel = |x: i64, y: i64| {
+        let column = x.rem_euclid(i64::from(width)) as usize;
+        let row = y.rem_euclid(i64::from(height)) as usize;
+        let [r, g, b, a] = texels[row * width as usize + column];
+        Vec4::new(SRGB[r as usize], SRGB[g as usize], SRGB[b as usize], f32::from(a) / 255.0)
+    };
+    let top = texel(x0, y0).lerp(texel(x0 + 1, y0), fx);
+    let bottom = texel(x0, y0 + 1).lerp(texel(x0 + 1, y0 + 1), fx);
+    top.lerp(bottom, fy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One texel in four is white.
+    fn dots() -> Texture {
+        let texel = |i: usize| if [i, i / 8].iter().all(|k| k.is_multiple_of(2)) { [255; 4] } else { [0, 0, 0, 255] };
+        Texture::new("dots".to_owned(), [8, 8], (0..64).map(texel).collect())
+    }
+
+    #[test]
+    fn a_footprint_of_a_texel_or_less_is_the_bilinear_look_up() {
+        let texture = dots();
+        for uv in [Vec2::new(0.1, 0.3), Vec2::new(-2.7, 5.55)] {
+            for gradient in [0.0, 0.05, 0.125, f32::NAN] {
+                let filtered = texture.sample_filtered(uv, Vec2::X * gradient, Vec2::Y * gradient);
+                assert_eq!(filtered, texture.rgb(uv), "{uv} {gradient}");
+            }
+        }
+    }
+
+    #[test]
+    fn levels_blend_by_the_logarithm_of_the_longer_side() {
+        let texture = dots();
+        let uv = Vec2::new(1.0 / 16.0, 15.0 / 16.0);
+        // The white texel at level 0, a quarter of white from level 1 on.
+        let quarter = texture.sample_filtered(uv, Vec2::X * 2.0 / 8.0, Vec2::ZERO).x;
+        assert!((quarter - 0.25).abs() < 3e-3, "{quarter}");
+        let half_way = texture.sample_filtered(uv, Vec2::Y * 2f32.sqrt() / 8.0, Vec2::X / 100.0).x;
+        assert!((half_way - (1.0 + quarter) / 2.0).abs() < 1e-5, "{half_way}");
+        for beyond in [1e3, f32::INFINITY] {
+            assert!((texture.sample_filtered(uv, Vec2::splat(beyond), Vec2::ZERO).x - 0.25).abs() < 3e-3);
+        }
     }
 }

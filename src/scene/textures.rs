@@ -1,4 +1,4 @@
-//! Decoding texture files, each once, in parallel.
+//! Decoding texture files and filtering their mip chains, each once, in parallel.
 
 use super::report::Report;
 use super::texture::{Texture, TextureId};
@@ -122,12 +122,11 @@ fn decode(path: &Path, role: Role) -> Result<Texture, String> {
     if image.width() == 0 || image.height() == 0 {
         return Err(say(&"the image has no pixels"));
     }
-    let (width, height) = (image.width(), image.height());
     let texels = match role {
         Role::Colour => colour_texels(&image),
         Role::Mask => mask_texels(&image),
     };
-    Ok(Texture { name: path.display().to_string(), width, height, texels })
+    Ok(Texture::new(path.display().to_string(), [image.width(), image.height()], texels))
 }
 
 fn colour_texels(image: &image::DynamicImage) -> Vec<[u8; 4]> {

@@ -2,9 +2,9 @@
 //! the light; by groups of triangles where there are too many to look at each.
 
 use super::area::AreaSource;
-use super::facets::{Facet, uniform_barycentrics};
+use super::facets::{Facet, moved_inside, uniform_barycentrics};
 use super::lights::Arrival;
-use crate::math::spherical_triangle::{barycentrics, direction, solid_angle};
+use crate::math::spherical_triangle::{direction, meet, solid_angle};
 use crate::scene::Scene;
 use glam::{DVec3, Vec3};
 use smallvec::SmallVec;
@@ -32,10 +32,22 @@ pub struct Cluster {
 #[derive(Clone, Debug)]
 pub struct Sampler<'a> {
     source: &'a AreaSource,
-    x: DVec3,
+    pub(super) x: DVec3,
+    by: Choose,
     /// Facets with their solid angles, or clusters with their bounds, as running sums.
     choices: SmallVec<[Choice; 8]>,
     total: f64,
+}
+
+/// What points are chosen by.
+#[derive(Clone, Copy, Debug)]
+enum Choose {
+    /// Area of the whole source.
+    Area,
+    /// Solid angle of a facet, then uniformly in it.
+    SolidAngle,
+    /// Bound of a cluster, then area.
+    Cluster,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -111,21 +123,32 @@ impl<'a> Sampler<'a> {
     /// Weighs the source's facets or clusters as seen from `x`.
     #[must_use]
     pub(super) fn new(source: &'a AreaSource, x: Vec3) -> Self {
-        let mut sampler = Self { source, x: x.as_dvec3(), choices: SmallVec::new(), total: 0.0 };
-        if source.clusters.is_empty() {
-            for (index, facet) in source.facets.list.iter().enumerate() {
-                let corner = facet.corner - sampler.x;
-                let height = -facet.normal.dot(corner);
-                if height > 0.0 || (height < 0.0 && source.both_sides) {
-                    sampler.push(index, solid_angle(corner, facet.edges));
-                }
-            }
-        } else {
-            for (index, cluster) in source.clusters.iter().enumerate() {
-                sampler.push(index, cluster.weight(sampler.x, source.both_sides));
-            }
+        let mut sampler =
+            Self { source, x: x.as_dvec3(), by: Choose::Area, choices: SmallVec::new(), total: source.facets.area };
+        if !source.clusters.is_empty() {
+            sampler.weigh_clusters();
+        } else if !source.is_far(x) {
+            sampler.weigh_facets();
         }
         sampler
+    }
+
+    fn weigh_clusters(&mut self) {
+        (self.by, self.total) = (Choose::Cluster, 0.0);
+        for (index, cluster) in self.source.clusters.iter().enumerate() {
+            self.push(index, cluster.weight(self.x, self.source.both_sides));
+        }
+    }
+
+    fn weigh_facets(&mut self) {
+        (self.by, self.total) = (Choose::SolidAngle, 0.0);
+        for (index, facet) in self.source.facets.list.iter().enumerate() {
+            let corner = facet.corner - self.x;
+            let height = -facet.normal.dot(corner);
+            if height > 0.0 || (height < 0.0 && self.source.both_sides) {
+                self.push(index, solid_angle(corner, facet.edges));
+            }
+        }
     }
 
     fn push(&mut self, index: usize, weight: f64) {
@@ -135,39 +158,71 @@ impl<'a> Sampler<'a> {
         }
     }
 
-    /// The solid angle of all triangles that face the point, sr (overlaps counted twice); `None` for sources of so many
-    /// triangles that each is not looked at.
-    #[must_use]
-    pub fn solid_angle(&self) -> Option<f64> {
-        self.source.clusters.is_empty().then_some(self.total)
-    }
-
     /// The light that arrives from the point of the source chosen by `u` ∈ [0, 1)²; `None` where that point faces away, or
     /// all do. The mean of `facing · max(0, n·direction)` over u is the unoccluded irradiance. Strata of u are kept.
     #[must_use]
     pub fn sample(&self, scene: &Scene, u: [f32; 2]) -> Option<Arrival> {
-        let [u, v] = u.map(f64::from);
+        let point = self.point(u.map(f64::from))?;
+        Some(self.source.seen(scene, point.facet, point.at, point.offset, point.measure))
+    }
+
+    /// The point that [`Self::sample`] takes.
+    pub(super) fn point(&self, [u, v]: [f64; 2]) -> Option<Point<'a>> {
+        let facets = &self.source.facets;
+        if let Choose::Area = self.by {
+            return self.of_area(facets.pick(0..facets.list.len(), [u, v])?, self.total);
+        }
         let target = u * self.total;
         let position = self.choices.partition_point(|c| c.until <= target);
         let choice = self.choices.get(position.min(self.choices.len().checked_sub(1)?))?;
         let within = (1.0 - (choice.until - target) / choice.weight).clamp(0.0, 1.0);
-        if self.source.clusters.is_empty() {
-            return self.in_facet(scene, choice, [within, v]);
+        if let Choose::SolidAngle = self.by {
+            return self.in_facet(choice, [within, v]);
         }
         let cluster = &self.source.clusters[choice.index];
-        let (facet, at) = self.source.facets.pick(cluster.facets.clone(), [within, v])?;
-        self.source.arrival(scene, facet, self.x, at, cluster.area * self.total / choice.weight)
+        let found = facets.pick(cluster.facets.clone(), [within, v])?;
+        self.of_area(found, cluster.area * self.total / choice.weight)
     }
 
-    fn in_facet(&self, scene: &Scene, choice: &Choice, u: [f64; 2]) -> Option<Arrival> {
+    fn in_facet(&self, choice: &Choice, u: [f64; 2]) -> Option<Point<'a>> {
         let facet = &self.source.facets.list[choice.index];
         let corner = facet.corner - self.x;
-        let found = direction(corner, facet.edges, choice.weight, u).and_then(|d| barycentrics(corner, facet.edges, d));
-        if let Some(at) = found {
-            let offset = corner + facet.edges[0] * at[0] + facet.edges[1] * at[1];
-            return (offset != DVec3::ZERO).then(|| self.source.seen(scene, facet, offset, at, self.total));
-        }
-        let area = facet.area * self.total / choice.weight;
-        self.source.arrival(scene, facet, self.x, uniform_barycentrics(u), area)
+        let met = direction(corner, facet.edges, choice.weight, u).and_then(|d| meet(corner, facet.edges, d));
+        let Some((at, _)) = met else {
+            return self.of_area((facet, uniform_barycentrics(u)), facet.area * self.total / choice.weight);
+        };
+        let at = moved_inside(at);
+        let offset = facet.from(self.x, at);
+        (offset != DVec3::ZERO).then_some(Point { facet, at, offset, measure: self.total })
     }
+
+    /// A point that stands for `area`.
+    fn of_area(&self, (facet, at): (&'a Facet, [f64; 2]), area: f64) -> Option<Point<'a>> {
+        let offset = facet.from(self.x, at);
+        let measure = self.source.solid_angle_of(facet, offset, area)?;
+        Some(Point { facet, at, offset, measure })
+    }
+
+    /// What [`Point::measure`] would be for the point of a facet `offset` away; `None` where it faces away, and for
+    /// clusters.
+    pub(super) fn measure(&self, facet: &Facet, offset: DVec3) -> Option<f64> {
+        let of_area = self.source.solid_angle_of(facet, offset, self.total)?;
+        match self.by {
+            Choose::Area => Some(of_area),
+            Choose::SolidAngle => Some(self.total),
+            Choose::Cluster => None,
+        }
+    }
+}
+
+/// A point chosen on the source.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Point<'a> {
+    pub facet: &'a Facet,
+    /// Barycentrics in it.
+    pub at: [f64; 2],
+    /// From the receiver.
+    pub offset: DVec3,
+    /// Solid angle that it stands for, the inverse of its density.
+    pub measure: f64,
 }

@@ -1,23 +1,82 @@
 //! Highlights of area lights without occlusion.
 
-use super::area::{AreaSource, ClosedForm};
+use super::area::{AreaSource, ClosedForm, Seen};
+use super::area_sampler::Sampler;
+use super::facets::Facet;
 use super::phong::lobe;
 use crate::math::phong_polygon::Lobe;
 use crate::math::sequence::Sequence;
+use crate::math::spherical_triangle::meet;
 use crate::scene::Scene;
 use glam::{DVec3, Vec3};
+use std::f64::consts::FRAC_PI_2;
 
-/// Points of the light where there is no closed form.
+/// Edges up to which a highlight is integrated: outlines away from the lobe cost little.
+const MAX_EDGES: usize = 1536;
+/// Logarithm of the share of the lobe's peak that does not show.
+const NEGLIGIBLE: f64 = -14.0;
+/// Square of a light's half angle up to which its points are about equally bright.
+const SMALL: f64 = 0.01;
+/// Square of a light's half angle, in widths of the lobe, up to which the lobe is a paraboloid over it.
+const SMOOTH: f64 = 0.2;
+/// Points of a textured light, and as many directions of the lobe, for the colour of its highlight.
+const TEXTURE_POINTS: u32 = 128;
+/// Points of the light where there are more edges.
 const POINTS: u32 = 256;
 
 impl AreaSource {
     /// Unoccluded highlight ∫ lobe · L cosθ dω of the source at `x` (method 2); `normal` and `to_eye` are unit.
     #[must_use]
     pub fn specular(&self, scene: &Scene, x: Vec3, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
-        match self.closed_form(x) {
+        match self.form(x, MAX_EDGES) {
+            Some(form) if self.textured => {
+                let mean = form.specular(normal, to_eye, shininess);
+                if mean == Vec3::ZERO {
+                    return mean;
+                }
+                let phong = phong_lobe(normal, to_eye, shininess);
+                self.radiance_in_lobe(scene, &self.at(x), &phong)
+                    .map_or(mean, |seen| mean / self.mean_radiance() * seen)
+            }
             Some(form) => form.specular(normal, to_eye, shininess),
             None => self.sampled_specular(scene, x, normal, to_eye, shininess),
         }
+    }
+
+    /// Mean radiance of a textured source weighed by the lobe and the cosine; `None` where no sample meets both. Points of
+    /// the light and directions of the lobe, combined by the balance heuristic.
+    fn radiance_in_lobe(&self, scene: &Scene, sampler: &Sampler<'_>, phong: &Lobe) -> Option<Vec3> {
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        let mut add = |facet: &Facet, at: [f64; 2], offset: DVec3, measure: f64| {
+            let direction = offset.normalize();
+            let cosine = direction.dot(phong.axis);
+            let value = phong.value(cosine) * direction.dot(phong.normal).max(0.0);
+            let weight = value / (measure.recip() + phong.density(cosine));
+            sum += self.radiance_at(scene, facet, at, offset) * weight as f32;
+            weights += weight;
+        };
+        let sequence = Sequence::new(1);
+        for index in 0..TEXTURE_POINTS {
+            let [u, v, s, t] = sequence.point(index).map(f64::from);
+            if let Some(point) = sampler.point([u, v]) {
+                add(point.facet, point.at, point.offset, point.measure);
+            }
+            let direction = phong.direction([s, t]);
+            for facet in &self.facets.list {
+                let corner = facet.from(sampler.x, [0.0, 0.0]);
+                let Some(([b, c], distance)) = meet(corner, facet.edges, direction) else { continue };
+                let offset = direction * distance;
+                if distance > 0.0
+                    && b >= 0.0
+                    && c >= 0.0
+                    && b + c <= 1.0
+                    && let Some(measure) = sampler.measure(facet, offset)
+                {
+                    add(facet, [b, c], offset, measure);
+                }
+            }
+        }
+        (weights > 0.0).then(|| sum / weights as f32)
     }
 
     fn sampled_specular(&self, scene: &Scene, x: Vec3, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
@@ -33,6 +92,11 @@ impl AreaSource {
     }
 }
 
+fn phong_lobe(normal: Vec3, to_eye: Vec3, shininess: f32) -> Lobe {
+    let (n, eye) = (normal.as_dvec3(), to_eye.as_dvec3());
+    Lobe { normal: n, axis: (n * (2.0 * n.dot(eye)) - eye).normalize_or(n), shininess: f64::from(shininess) }
+}
+
 impl ClosedForm<'_> {
     /// Unoccluded highlight for the source's mean radiance; exact (1e-4) for any exponent and size of light.
     #[must_use]
@@ -40,10 +104,30 @@ impl ClosedForm<'_> {
         if shininess == 0.0 {
             return self.irradiance(normal) / std::f32::consts::PI;
         }
-        let (n, eye): (DVec3, DVec3) = (normal.as_dvec3(), to_eye.as_dvec3());
-        let axis = (n * (2.0 * n.dot(eye)) - eye).normalize_or(n);
-        let phong = Lobe { normal: n, axis, shininess: f64::from(shininess) };
-        let sum: f64 = self.polygons().iter().map(|p| p.sign * phong.over_polygon(p.base, p.corners)).sum();
+        let phong = phong_lobe(normal, to_eye, shininess);
+        let sum: f64 = self.polygons().map(|(polygon, terms)| highlight(&phong, polygon, terms)).sum();
         self.mean_radiance() * sum.max(0.0) as f32
     }
+}
+
+/// Highlight of a polygon of radiance 1: nil outside the lobe; the lobe's mean over it if that is smooth there; else the contour integral.
+fn highlight(phong: &Lobe, polygon: &Seen<'_>, terms: &[DVec3]) -> f64 {
+    let (middle, least) = polygon.cone();
+    let cosine = middle.dot(phong.axis);
+    let nearest = cosine.clamp(-1.0, 1.0).acos() - least.acos();
+    if nearest > 0.0 && phong.shininess * nearest.min(FRAC_PI_2).cos().ln() < NEGLIGIBLE {
+        return 0.0;
+    }
+    let squared_angle = 2.0 * (1.0 - least);
+    let above_horizon = || middle.dot(phong.normal) > (1.0 - least * least).max(0.0).sqrt();
+    if squared_angle < SMALL && squared_angle * (phong.shininess + 1.0) < SMOOTH && above_horizon() {
+        // Mean over the polygon from its middle and its corners: exact to second order for affine regular n-gons.
+        let n = polygon.corners.len() as f64;
+        let share = (2.0 + (std::f64::consts::TAU / n).cos()) / 6.0;
+        let at_corner = |&r: &DVec3| phong.value((polygon.base + r).normalize().dot(phong.axis));
+        let corners = polygon.corners.iter().map(at_corner).sum::<f64>() / n;
+        let mean = phong.value(cosine) * (1.0 - share) + corners * share;
+        return polygon.irradiance(terms, phong.normal) * mean;
+    }
+    polygon.sign * phong.over_polygon(polygon.base, polygon.corners)
 }

@@ -51,6 +51,12 @@ impl Facet {
         Some(Self { id, corner: a, edges, normal, area: 0.5 * cross.length() })
     }
 
+    /// The point at barycentrics `at`, as seen from `x`.
+    #[must_use]
+    pub fn from(&self, x: DVec3, at: [f64; 2]) -> DVec3 {
+        self.corner - x + self.edges[0] * at[0] + self.edges[1] * at[1]
+    }
+
     /// The facet of a scene's triangle; `None` for one without area.
     #[must_use]
     pub fn of_scene(scene: &Scene, id: TriangleId) -> Option<Self> {
@@ -93,6 +99,14 @@ impl Facets {
         let within = ((target - before(index)) / (self.until[index] - before(index))).clamp(0.0, 1.0);
         Some((self.list.get(index)?, uniform_barycentrics([within, v])))
     }
+}
+
+/// Barycentrics moved into the triangle where rounding put them outside.
+#[must_use]
+pub fn moved_inside([s, t]: [f64; 2]) -> [f64; 2] {
+    let (s, t) = (s.max(0.0), t.max(0.0));
+    let excess = (s + t).max(1.0);
+    [s / excess, t / excess]
 }
 
 /// Uniform on a triangle, strata kept: √ maps the area, the second coordinate slides along.
@@ -221,7 +235,7 @@ fn turning_corners(points: &[DVec3], normal: DVec3) -> Option<Vec<DVec3>> {
         let (before, after) = (here - last, next - here);
         // Height of the corner over the line that would leave it out.
         let height = before.cross(after).dot(normal) / (next - last).length();
-        if !(height >= -tolerance) || (height < tolerance && before.dot(after) < 0.0) {
+        if height.is_nan() || height < -tolerance || (height < tolerance && before.dot(after) < 0.0) {
             return None;
         }
         if height >= tolerance {

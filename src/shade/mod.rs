@@ -1,8 +1,10 @@
 //! Evaluation of reflection, and of light arriving without occlusion.
 
 pub mod area;
+pub mod area_far;
 pub mod area_sampler;
 mod area_specular;
 mod facets;
 pub mod lights;
 pub mod phong;
+pub mod world;

@@ -1,16 +1,18 @@
 //! Scenes built by hand, and an engine driven without a GPU.
 #![allow(dead_code, reason = "each test file uses its own part")]
+#![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use penombre::geom::bvh::Bvh;
-use penombre::refine::engine::{Budget, Engine, Visible};
+use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
-use penombre::refine::update::{Slot, SlotId, Update};
+use penombre::refine::update::{Leaf, LeafId, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::material::{Material, MaterialId};
 use penombre::scene::{FaceId, Scene, TriangleId};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// Adds a material.
@@ -56,24 +58,63 @@ pub fn light(scene: &mut Scene, kind: LightKind) {
     scene.lights.push(Light { name, kind });
 }
 
-/// Slots and leaves as the GPU would hold them, with the update's last statistics.
+/// Slots and drawn triangles as the GPU would hold them, with the update's last statistics.
 #[derive(Default)]
 pub struct Mirror {
     pub slots: HashMap<SlotId, Slot>,
-    pub leaves: HashMap<FaceId, [SlotId; 3]>,
+    pub leaves: HashMap<LeafId, Leaf>,
+    /// Triangles drawn now.
+    pub drawn: HashSet<LeafId>,
     pub last: Update,
 }
 
 impl Mirror {
+    /// Slots, leaves, then patches; what a patch replaces must be there, and what it draws must not.
     pub fn apply(&mut self, update: Update) {
+        if update.generation != self.last.generation {
+            self.drawn.clear();
+        }
         self.slots.extend(update.slots.iter().copied());
-        self.leaves.extend(update.leaves.iter().map(|(_, leaf)| (leaf.face, leaf.slots)));
+        self.leaves.extend(update.leaves.iter().copied());
+        for patch in &update.patches {
+            let list = |r: &Range<u32>| &update.patch_leaves[r.start as usize..r.end as usize];
+            for leaf in list(&patch.old) {
+                assert!(self.drawn.remove(leaf), "{leaf:?} is replaced but was not drawn");
+            }
+            for leaf in list(&patch.new) {
+                assert!(self.drawn.insert(*leaf), "{leaf:?} is drawn twice");
+                assert_eq!(self.leaves[leaf].face, patch.face);
+            }
+        }
         self.last = update;
     }
 
-    /// Values at the corners of a face.
+    /// Values at the corners of a face that was not split.
     pub fn face(&self, face: FaceId) -> [Slot; 3] {
-        self.leaves[&face].map(|slot| self.slots[&slot])
+        let mut leaves = self.drawn.iter().map(|l| self.leaves[l]).filter(|l| l.face == face);
+        let leaf = leaves.next().expect("the face is drawn");
+        assert!(leaves.next().is_none(), "the face is drawn as one triangle");
+        leaf.slots.map(|slot| self.slots[&slot])
+    }
+
+    /// Drawn triangles of a face, as corner slots.
+    pub fn triangles(&self, face: FaceId) -> Vec<[Slot; 3]> {
+        let leaves = self.drawn.iter().map(|l| self.leaves[l]).filter(|l| l.face == face);
+        leaves.map(|l| l.slots.map(|slot| self.slots[&slot])).collect()
+    }
+
+    /// D at a point of a face, as the rasteriser interpolates it.
+    pub fn diffuse_at(&self, face: FaceId, x: Vec3) -> Option<Vec3> {
+        self.triangles(face).iter().find_map(|t| {
+            let [a, b, c] = t.map(|s| s.position.as_dvec3());
+            let n = (b - a).cross(c - a);
+            let w = |p: DVec3, q: DVec3| (q - p).cross(x.as_dvec3() - p).dot(n) / n.length_squared();
+            let weights = [w(b, c), w(c, a), w(a, b)];
+            weights.iter().all(|w| *w >= -1e-6).then(|| {
+                let each = |f: &dyn Fn(&Slot) -> Vec3| (0..3).map(|i| f(&t[i]) * weights[i] as f32).sum::<Vec3>();
+                each(&|s| s.diffuse * s.weight) / each(&|s| Vec3::splat(s.weight)).x
+            })
+        })
     }
 }
 
@@ -90,19 +131,35 @@ pub fn options(seed: u64) -> Options {
 }
 
 pub fn engine(scene: Scene, threads: usize, seed: u64) -> Engine {
+    engine_with(scene, threads, options(seed))
+}
+
+pub fn engine_with(scene: Scene, threads: usize, options: Options) -> Engine {
     let bvh = Arc::new(Bvh::build(&scene));
-    Engine::new(Arc::new(scene), bvh, Workers::new(threads).expect("threads"), options(seed))
+    Engine::new(Arc::new(scene), bvh, Workers::new(threads).expect("threads"), options)
+}
+
+/// The GPU's word that it has drawn everything, without counts.
+pub fn drawn(mirror: &Mirror) -> Counted {
+    let Update { generation, sequence, .. } = mirror.last;
+    Counted { generation, sequence, pixels: None, complete: false }
 }
 
 /// Lights the given faces to the end.
 pub fn solve(engine: &mut Engine, faces: &[FaceId], eye: Vec3) -> Mirror {
-    let mut faces: Vec<(FaceId, u32)> = faces.iter().map(|&f| (f, 10)).collect();
+    solve_pixels(engine, faces, 10, eye)
+}
+
+/// Lights the given faces, each of so many pixels, to the end; the GPU is taken to draw each update at once.
+pub fn solve_pixels(engine: &mut Engine, faces: &[FaceId], pixels: u32, eye: Vec3) -> Mirror {
+    let mut faces: Vec<(FaceId, u32)> = faces.iter().map(|&f| (f, pixels)).collect();
     faces.sort();
     faces.dedup();
     let mut mirror = Mirror::default();
     mirror.apply(engine.set_visible(&Visible { generation: 1, eye, faces }));
     while !mirror.last.stats.converged {
         mirror.apply(engine.step(Budget::Rays(50_000)));
+        engine.counted(&drawn(&mirror));
     }
     mirror
 }

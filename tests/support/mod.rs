@@ -92,7 +92,7 @@ pub fn add_material(scene: &mut Scene, edit: impl FnOnce(&mut Material)) -> u32 
 /// Adds a texture.
 pub fn add_texture(scene: &mut Scene, width: u32, height: u32, texel: impl Fn(u32, u32) -> [u8; 4]) -> TextureId {
     let texels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| texel(x, y)).collect();
-    scene.textures.push(Texture { name: "made by hand".to_owned(), width, height, texels });
+    scene.textures.push(Texture::new("made by hand".to_owned(), [width, height], texels));
     TextureId(scene.textures.len() as u32 - 1)
 }
 
@@ -161,7 +161,7 @@ pub fn base_update(
         for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
             update.slots.push((*slot, light(face, position)));
         }
-        update.leaves.push((LeafId(face.0), Leaf { slots, face }));
+        update.leaves.push((LeafId(face.0), Leaf { slots, face, level: 0 }));
         let start = update.patch_leaves.len() as u32;
         update.patch_leaves.push(LeafId(face.0));
         let old = if drawn { start..start + 1 } else { start..start };
@@ -226,7 +226,9 @@ impl Splitter {
             update.patch_leaves.push(LeafId(id));
             let new = update.patch_leaves.len() as u32;
             for child in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-                update.leaves.push((LeafId(self.next_leaf), Leaf { slots: child.map(|v| SlotId(v.0)), face }));
+                update
+                    .leaves
+                    .push((LeafId(self.next_leaf), Leaf { slots: child.map(|v| SlotId(v.0)), face, level: 0 }));
                 update.patch_leaves.push(LeafId(self.next_leaf));
                 self.leaves.push((self.next_leaf, face, child));
                 self.next_leaf += 1;

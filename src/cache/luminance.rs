@@ -1,13 +1,14 @@
 //! Luminance shown at a slot, from the samples of its vertex: no ray is traced here.
 
-use super::world::World;
-use crate::cache::dynamic::{Cache, SlotId, SlotRecord};
-use crate::cache::layer::{Layer, Origin, REMEMBERED, Visibility};
-use crate::cache::vertex::Vertex;
+use super::dynamic::{Cache, SlotId, SlotRecord};
+use super::layer::Layer;
+use super::vertex::Vertex;
+use crate::estimate::visibility::{Origin, REMEMBERED, Visibility};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;
 use crate::shade::lights::{AreaSource, Source, delta_arrival};
 use crate::shade::phong::lobe;
+use crate::shade::world::World;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -83,15 +84,9 @@ fn area_irradiance(
 ) -> (Vec3, Vec3) {
     let sum = layer.sums.get(slot.0);
     let sampled = visibility.points > 0 && sum.unoccluded > 0.0;
-    match source.closed_form(vertex.position) {
-        Some(form) => {
-            let unoccluded = form.irradiance(record.normal);
-            if sampled {
-                (sum.visible * (luminance(unoccluded) / sum.unoccluded), unoccluded)
-            } else {
-                (unoccluded * visibility.fraction(), unoccluded)
-            }
-        }
+    match unoccluded(source, vertex.position, record.normal) {
+        Some(unoccluded) if sampled => (sum.visible * (luminance(unoccluded) / sum.unoccluded), unoccluded),
+        Some(unoccluded) => (unoccluded * visibility.fraction(), unoccluded),
         None if sampled => {
             let mean = sum.visible / visibility.points as f32;
             (mean, mean / visibility.fraction().max(0.05))
@@ -101,6 +96,14 @@ fn area_irradiance(
             (unoccluded * visibility.fraction(), unoccluded)
         }
     }
+}
+
+/// Unoccluded irradiance of an area source, where it has a closed form.
+fn unoccluded(source: &AreaSource, x: Vec3, normal: Vec3) -> Option<Vec3> {
+    if source.is_distant(x) {
+        return Some(source.distant_irradiance(x, normal));
+    }
+    source.closed_form(x).map(|form| form.irradiance(normal))
 }
 
 /// Points that stand in for a closed form where there is none.
@@ -137,7 +140,9 @@ pub fn specular(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Ve
                 a.facing * (visibility.fraction() * cosine * lobe(shininess, record.normal, a.direction, to_eye))
             }),
             Source::Area(area) => {
-                let full = area.specular(world.scene, vertex.position, record.normal, to_eye, shininess);
+                let (x, normal) = (vertex.position, record.normal);
+                let far = area.distant_specular(x, normal, to_eye, shininess);
+                let full = far.unwrap_or_else(|| area.specular(world.scene, x, normal, to_eye, shininess));
                 let share = if full == Vec3::ZERO {
                     0.0
                 } else {
@@ -163,7 +168,7 @@ fn lobe_visibility(
         return fraction;
     }
     let shininess = record.shininess.unwrap_or(0.0);
-    let sequence = world.sequence(vertex, light);
+    let sequence = world.sequence(&vertex.site(), light);
     let sampler = source.at(vertex.position);
     let (mut seen, mut all) = (0.0, 0.0);
     for (index, visible) in visibility.remembered() {

@@ -4,13 +4,13 @@
 //! sample: one for a delta light, stratified points for an area light. Fully lit and fully dark vertices are exact with a
 //! handful of rays; noise lives in penumbrae only.
 
-use super::world::World;
-use crate::cache::dynamic::{Cache, SlotId};
-use crate::cache::layer::{AreaSum, Origin, Visibility};
-use crate::cache::topology::NodeId;
-use crate::cache::vertex::VertexId;
+use super::dynamic::{Cache, SlotId};
+use super::topology::NodeId;
+use super::vertex::VertexId;
+use crate::estimate::visibility::{AreaSum, Origin, Visibility};
 use crate::math::luminance;
 use crate::shade::lights::{Source, delta_arrival};
+use crate::shade::world::World;
 
 /// A visit to a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,7 +102,7 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
     first_lights(world, cache, id, node, out);
     // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
     let dark = out.lights[before..].iter().all(|result| result.visibility.fraction() == 0.0);
-    if world.is_covered(&cache.vertices[id.0], dark, &mut out.rays) {
+    if world.is_covered(&cache.vertices[id.0].site(), dark, &mut out.rays) {
         out.covered.push(id);
     }
 }
@@ -174,7 +174,7 @@ fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &
             let mut visibility = Visibility::default();
             let visible = delta_arrival(kind, vertex.position).is_some_and(|arrival| {
                 out.rays += 1;
-                world.visible(vertex, &arrival)
+                world.visible(&vertex.site(), &arrival)
             });
             visibility.push(visible);
             out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
@@ -263,7 +263,8 @@ impl<'a> AreaRound<'a> {
     fn trace(&mut self, until: u32, out: &mut Results) {
         let Source::Area(source) = &self.world.lights.sources[self.light as usize] else { return };
         let vertex = &self.cache.vertices[self.id.0];
-        let sequence = self.world.sequence(vertex, self.light);
+        let site = vertex.site();
+        let sequence = self.world.sequence(&site, self.light);
         let sampler = source.at(vertex.position);
         while self.visibility.points < until {
             let [u, v, ..] = sequence.point(self.visibility.points);
@@ -273,7 +274,7 @@ impl<'a> AreaRound<'a> {
             // Points that no normal faces carry no weight; as visible ones they do not pretend a penumbra.
             let visible = lit.is_none_or(|a| {
                 out.rays += 1;
-                self.world.visible(vertex, &a)
+                self.world.visible(&site, &a)
             });
             self.visibility.push(visible);
             let Some(arrival) = lit else { continue };
@@ -307,6 +308,7 @@ pub fn apply(cache: &mut Cache, results: &Results) {
     for result in &results.lights {
         let layer = &mut cache.layers[result.light as usize];
         *layer.visibility.entry(result.vertex.0) = result.visibility;
+        cache.vertices[result.vertex.0].progress.traced |= result.visibility.origin == Origin::Sampled;
         for &(slot, sum) in sums.by_ref().take(result.sums as usize) {
             let entry = layer.sums.entry(slot.0);
             entry.visible += sum.visible;

@@ -1,12 +1,24 @@
 //! What estimators read: the scene, its hierarchy, its lights; immutable while jobs are traced.
 
-use crate::cache::vertex::Vertex;
+use super::lights::{Arrival, Lights};
 use crate::geom::Ray;
 use crate::geom::bvh::Bvh;
 use crate::math::{combine, sequence::Sequence};
 use crate::scene::Scene;
-use crate::shade::lights::{Arrival, Lights};
 use glam::Vec3;
+
+/// A place where light is sampled.
+#[derive(Clone, Copy, Debug)]
+pub struct Site {
+    /// Permanent name, which seeds the random numbers.
+    pub key: u64,
+    /// Position on the surface, where light is evaluated.
+    pub position: Vec3,
+    /// Where rays start: a little off the surface.
+    pub origin: Vec3,
+    /// Unit normal of the surface.
+    pub normal: Vec3,
+}
 
 /// The immutable part of the world.
 #[derive(Clone, Copy)]
@@ -38,17 +50,17 @@ impl<'a> World<'a> {
 
     /// The random sequence of a vertex and a light: from their permanent names, never from a thread or a clock.
     #[must_use]
-    pub fn sequence(&self, vertex: &Vertex, light: u32) -> Sequence {
-        Sequence::new(combine(combine(self.seed, vertex.key), u64::from(light)))
+    pub fn sequence(&self, site: &Site, light: u32) -> Sequence {
+        Sequence::new(combine(combine(self.seed, site.key), u64::from(light)))
     }
 
     /// Whether the light of `arrival`, seen from the vertex, is unoccluded. Rays start at the vertex's nudged origin and
     /// aim at the same point of the light.
     #[must_use]
-    pub fn visible(&self, vertex: &Vertex, arrival: &Arrival) -> bool {
-        let origin = vertex.origin();
+    pub fn visible(&self, site: &Site, arrival: &Arrival) -> bool {
+        let origin = site.origin;
         let ray = if arrival.distance.is_finite() {
-            let target = vertex.position + arrival.direction * arrival.distance;
+            let target = site.position + arrival.direction * arrival.distance;
             let offset = target - origin;
             let length = offset.length();
             // Short of the light, whose own surface must not hide it.
@@ -66,25 +78,25 @@ impl<'a> World<'a> {
     /// show their backs in all directions. Where a whole room is wound the wrong way round all its vertices count as
     /// covered, and interpolation among them is as it would be without.
     #[must_use]
-    pub fn is_covered(&self, vertex: &Vertex, probe: bool, rays: &mut u64) -> bool {
+    pub fn is_covered(&self, site: &Site, probe: bool, rays: &mut u64) -> bool {
         *rays += 1;
-        let contact = Ray { origin: vertex.origin(), direction: vertex.normal(), t_max: self.contact };
+        let contact = Ray { origin: site.origin, direction: site.normal, t_max: self.contact };
         if self.bvh.occluded(self.scene, &contact) {
             return true;
         }
         probe
             && (0..PROBES).all(|i| {
                 *rays += 1;
-                let ray = Ray { direction: self.probe_direction(vertex, i), t_max: f32::INFINITY, ..contact };
+                let ray = Ray { direction: self.probe_direction(site, i), t_max: f32::INFINITY, ..contact };
                 self.bvh.closest(self.scene, &ray).is_some_and(|hit| hit.back)
             })
     }
 
     /// Directions spread over the hemisphere by cosine.
-    fn probe_direction(&self, vertex: &Vertex, index: u32) -> Vec3 {
-        let [u, v, ..] = self.sequence(vertex, u32::MAX).point(index);
+    fn probe_direction(&self, site: &Site, index: u32) -> Vec3 {
+        let [u, v, ..] = self.sequence(site, u32::MAX).point(index);
         let (radius, angle) = (u.sqrt(), v * std::f32::consts::TAU);
-        let (x, y) = vertex.normal().any_orthonormal_pair();
-        x * (radius * angle.cos()) + y * (radius * angle.sin()) + vertex.normal() * (1.0 - u).sqrt()
+        let (x, y) = site.normal.any_orthonormal_pair();
+        x * (radius * angle.cos()) + y * (radius * angle.sin()) + site.normal * (1.0 - u).sqrt()
     }
 }

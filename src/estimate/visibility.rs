@@ -1,0 +1,81 @@
+//! The visible fraction of a light at a point: taken over from elsewhere, or sampled in rounds that go on where the last
+//! one stopped.
+
+use glam::Vec3;
+
+/// What a vertex knows of one light's visibility.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Visibility {
+    /// Points of the light tested so far (a delta light needs one); 0 while nothing was traced.
+    pub points: u32,
+    /// How many of them were visible.
+    hits: u32,
+    /// Visibility of the newest points, bit 0 the newest: bit i is point `points - 1 - i` of the sequence.
+    pub mask: u16,
+    /// How the value came about.
+    pub origin: Origin,
+    /// Visible fraction where it was taken over from coarser vertices, in 1/255.
+    inherited: u8,
+}
+
+/// How a vertex came to know a light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Origin {
+    /// Nothing is known.
+    #[default]
+    Unknown,
+    /// Taken over from corners that agree.
+    Inferred,
+    /// Taken over as the mean of an edge's ends: too faint to trace yet.
+    Deferred,
+    /// Traced.
+    Sampled,
+}
+
+/// How many points a [`Visibility`] remembers one by one; older ones live on in the sums.
+pub const REMEMBERED: u32 = u16::BITS;
+
+impl Visibility {
+    /// A value taken over, not traced.
+    #[must_use]
+    pub fn taken_over(origin: Origin, fraction: f32) -> Self {
+        Self { points: 0, hits: 0, mask: 0, origin, inherited: (fraction * 255.0).round() as u8 }
+    }
+
+    /// Notes the visibility of the next point.
+    pub fn push(&mut self, visible: bool) {
+        self.points += 1;
+        self.hits += u32::from(visible);
+        self.mask = self.mask << 1 | u16::from(visible);
+        self.origin = Origin::Sampled;
+    }
+
+    /// The remembered points, newest first: index in the sequence, and whether the point is visible.
+    pub fn remembered(self) -> impl Iterator<Item = (u32, bool)> {
+        (0..self.points.min(REMEMBERED)).map(move |i| (self.points - 1 - i, self.mask >> i & 1 == 1))
+    }
+
+    /// Visible fraction of the light: over all points, or as taken over.
+    #[must_use]
+    pub fn fraction(self) -> f32 {
+        if self.origin != Origin::Sampled {
+            return f32::from(self.inherited) / 255.0;
+        }
+        self.hits as f32 / self.points.max(1) as f32
+    }
+
+    /// Whether anything is known.
+    #[must_use]
+    pub fn is_known(self) -> bool {
+        self.origin != Origin::Unknown
+    }
+}
+
+/// What a slot (one normal of a vertex) knows of an area light: sums over all traced points of all rounds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AreaSum {
+    /// Σ of v L g, W·m⁻²: the irradiance samples of visible points.
+    pub visible: Vec3,
+    /// Σ of the luminance of L̄ g: the same as if all were visible and the emission even.
+    pub unoccluded: f32,
+}

@@ -1,0 +1,236 @@
+//! Refinement without a GPU: tiling, sharing, order of convergence, shadows against brute force.
+#![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
+
+mod by_hand;
+
+use by_hand::{Mirror, both_sides, drawn, engine_with, light, material, options, patch, solve_pixels};
+use glam::{Vec2, Vec3};
+use penombre::geom::Ray;
+use penombre::geom::bvh::Bvh;
+use penombre::math::sequence::Sequence;
+use penombre::refine::engine::{Budget, Visible};
+use penombre::refine::options::{Options, Priority};
+use penombre::scene::light::LightKind;
+use penombre::scene::{FaceId, Scene, TriangleId};
+use std::f32::consts::PI;
+
+fn refine(seed: u64) -> Options {
+    Options { min_pixels: 3.0, shadow_size: 0.1, ..options(seed) }
+}
+
+/// A floor [-1, 1]² of two triangles facing up.
+fn floor(scene: &mut Scene) -> Vec<TriangleId> {
+    let grey = material(scene, |_| {});
+    patch(scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 1, grey)
+}
+
+/// A lamp of 0.4 × 0.4 at height 1 facing down, and a blocker of 0.5 × 0.5 at height 0.4 over x > 0.
+fn lamp_and_blocker(scene: &mut Scene) {
+    let bright = material(scene, |m| m.ke = Vec3::ONE * 5.0);
+    let triangles = patch(scene, Vec3::new(-0.2, 1.0, -0.2), Vec3::X * 0.4, Vec3::Z * 0.4, 1, bright);
+    light(scene, LightKind::Area { triangles });
+    let dark = material(scene, |_| {});
+    patch(scene, Vec3::new(0.05, 0.4, -0.25), Vec3::Z * 0.5, Vec3::X * 0.5, 1, dark);
+}
+
+fn front(ids: &[TriangleId]) -> Vec<FaceId> {
+    ids.iter().map(|&t| FaceId::new(t, false)).collect()
+}
+
+/// Every face is tiled by its drawn triangles: areas add up, orientation is kept, no triangle's edge has another's vertex
+/// on it (no T-junction within a face or between faces that share an edge).
+fn assert_tiled(mirror: &Mirror, scene: &Scene, faces: &[FaceId]) {
+    let mut vertices: Vec<Vec3> = Vec::new();
+    let mut edges: Vec<[Vec3; 2]> = Vec::new();
+    for &face in faces {
+        let normal = scene.area_vector(face.triangle());
+        let mut area = 0.0_f64;
+        for t in mirror.triangles(face) {
+            let [a, b, c] = t.map(|s| s.position);
+            let cross = (b - a).cross(c - a);
+            assert!(cross.dot(normal) > 0.0, "orientation is kept");
+            area += f64::from(cross.length());
+            vertices.extend([a, b, c]);
+            edges.extend([[a, b], [b, c], [c, a]]);
+        }
+        let whole = f64::from(normal.length());
+        assert!((area / whole - 1.0).abs() < 1e-5, "{face:?}: {area} of {whole}");
+    }
+    vertices.sort_by(|a, b| a.to_array().partial_cmp(&b.to_array()).expect("finite"));
+    vertices.dedup();
+    for [a, b] in edges.iter().step_by(7) {
+        let middle = (*a + *b) * 0.5;
+        let on_edge = vertices.iter().any(|v| v.distance(middle) < 1e-6);
+        assert!(!on_edge, "a vertex hangs on the edge {a} {b}");
+    }
+}
+
+#[test]
+fn refined_faces_are_tiled_without_t_junctions() {
+    for seed in 0..3 {
+        let mut scene = Scene::default();
+        let ids = floor(&mut scene);
+        lamp_and_blocker(&mut scene);
+        let mut engine = engine_with(scene.clone(), 1, refine(seed));
+        let mirror = solve_pixels(&mut engine, &both_sides(&ids), 20_000, Vec3::Y);
+        engine.cache().validate();
+        assert!(mirror.last.stats.triangles > 1000, "{:?}", mirror.last.stats);
+        assert_tiled(&mirror, &scene, &front(&ids));
+    }
+}
+
+#[test]
+fn refinement_stops_at_the_smallest_leaf() {
+    let mut scene = Scene::default();
+    let ids = floor(&mut scene);
+    lamp_and_blocker(&mut scene);
+    let count = |min_pixels| {
+        let options = Options { min_pixels, ..refine(0) };
+        let mut engine = engine_with(scene.clone(), 1, options);
+        solve_pixels(&mut engine, &front(&ids), 4096, Vec3::Y).last.stats.triangles
+    };
+    // Children of 4,096 pixels have 1,024 until they are counted.
+    assert!(count(3.0) > count(100.0));
+    assert_eq!(count(2000.0), 2 * 4);
+    assert_eq!(count(f32::INFINITY), 2);
+}
+
+#[test]
+fn even_light_needs_no_split() {
+    let mut scene = Scene::default();
+    let ids = floor(&mut scene);
+    light(&mut scene, LightKind::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::ONE });
+    // No shadow smaller than the floor is wanted.
+    let options = Options { shadow_size: 10.0, ..refine(0) };
+    let mirror = solve_pixels(&mut engine_with(scene, 1, options), &front(&ids), 100_000, Vec3::Y);
+    assert_eq!(mirror.last.stats.triangles, 2);
+}
+
+/// E is smooth under a far point light: its second derivative is even, so that the error falls 16-fold a level (in the mean
+/// square; 4-fold in the value).
+#[test]
+fn smooth_light_converges_at_second_order() {
+    let error_at = |levels: i32| {
+        let mut scene = Scene::default();
+        let grey = material(&mut scene, |_| {});
+        let n = 2_u32.pow(levels as u32);
+        let ids = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, n, grey);
+        let position = Vec3::new(0.3, 3.0, 0.1);
+        light(&mut scene, LightKind::Point { position, intensity: Vec3::ONE });
+        let options = Options { min_pixels: f32::INFINITY, ..refine(0) };
+        let mirror = solve_pixels(&mut engine_with(scene, 1, options), &front(&ids), 100, Vec3::Y);
+        let mut square = 0.0;
+        let points = 200;
+        for i in 0..points {
+            let [u, v, ..] = Sequence::new(5).point(i);
+            let x = Vec3::new(u * 2.0 - 1.0, 0.0, v * 2.0 - 1.0) * 0.999;
+            let d = position - x;
+            let exact = d.y / d.length().powi(3) / PI;
+            let shown = front(&ids).iter().find_map(|&f| mirror.diffuse_at(f, x)).expect("on the floor");
+            square += f64::from(shown.x - exact).powi(2);
+        }
+        square / f64::from(points)
+    };
+    let errors: Vec<f64> = (1..5).map(error_at).collect();
+    for pair in errors.windows(2) {
+        let ratio = pair[0] / pair[1];
+        assert!(ratio > 11.0 && ratio < 23.0, "{errors:?}");
+    }
+}
+
+/// Irradiance of the lamp at a point of the floor, from many points of the lamp: brute force.
+fn brute_force(scene: &Scene, bvh: &Bvh, x: Vec3) -> f32 {
+    let n = 64;
+    let mut sum = 0.0;
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        let at = |k: i32| (k as f32 + 0.5) / n as f32;
+        let y = Vec3::new(-0.2 + 0.4 * at(i), 1.0, -0.2 + 0.4 * at(j));
+        let d = y - x;
+        let (length, direction) = (d.length(), d.normalize());
+        let ray = Ray { origin: x + Vec3::Y * 1e-4, direction, t_max: length * 0.999 };
+        if !bvh.occluded(scene, &ray) {
+            sum += direction.y * direction.y / (length * length);
+        }
+    }
+    5.0 * sum * 0.16 / (n * n) as f32
+}
+
+fn penumbra_error(priority: Priority, vertices: u64) -> (f64, u64) {
+    let mut scene = Scene::default();
+    let ids = floor(&mut scene);
+    lamp_and_blocker(&mut scene);
+    let bvh = Bvh::build(&scene);
+    let mut engine = engine_with(scene.clone(), 2, Options { priority, ..refine(1) });
+    let mut mirror = Mirror::default();
+    let faces = front(&ids).iter().map(|&f| (f, 30_000)).collect();
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, faces }));
+    while !mirror.last.stats.converged && mirror.last.stats.vertices < vertices {
+        mirror.apply(engine.step(Budget::Rays(500)));
+        engine.counted(&drawn(&mirror));
+    }
+    let (mut square, mut mean) = (0.0, 0.0);
+    let points = 1500;
+    for i in 0..points {
+        let [u, v, ..] = Sequence::new(9).point(i);
+        let p = Vec2::new(u, v) * 1.998 - 0.999;
+        let x = Vec3::new(p.x, 0.0, p.y);
+        let exact = f64::from(brute_force(&scene, &bvh, x) / PI);
+        let shown = front(&ids).iter().find_map(|&f| mirror.diffuse_at(f, x)).expect("on the floor");
+        square += (f64::from(shown.x) - exact).powi(2);
+        mean += exact;
+    }
+    let n = f64::from(points);
+    ((square / n).sqrt() / (mean / n), mirror.last.stats.vertices)
+}
+
+#[test]
+fn penumbrae_converge_to_brute_force() {
+    let (error, vertices) = penumbra_error(Priority::Error, u64::MAX);
+    assert!(error < 0.006, "{error} with {vertices} vertices");
+}
+
+#[test]
+fn the_queue_beats_random_choice() {
+    let (queue, _) = penumbra_error(Priority::Error, 1500);
+    let (random, _) = penumbra_error(Priority::Random, 1500);
+    assert!(queue < 0.03 && queue < 0.7 * random, "queue {queue}, random {random}");
+}
+
+#[test]
+fn refinement_does_not_depend_on_threads() {
+    let run = |threads| {
+        let mut scene = Scene::default();
+        let ids = floor(&mut scene);
+        lamp_and_blocker(&mut scene);
+        let mut engine = engine_with(scene, threads, refine(4));
+        let mirror = solve_pixels(&mut engine, &front(&ids), 5_000, Vec3::Y);
+        let mut slots: Vec<(u32, [u32; 3])> =
+            mirror.slots.iter().map(|(id, s)| (id.0, s.diffuse.to_array().map(f32::to_bits))).collect();
+        slots.sort_unstable();
+        (slots, mirror.last.stats.rays)
+    };
+    let one = run(1);
+    assert!(one == run(2) && one == run(3));
+}
+
+/// A camera that comes back finds its light again without a ray, and triangles that GPU and engine agree on.
+#[test]
+fn a_view_that_returns_costs_no_ray() {
+    let mut scene = Scene::default();
+    let ids = floor(&mut scene);
+    lamp_and_blocker(&mut scene);
+    let mut engine = engine_with(scene.clone(), 1, refine(2));
+    let first = solve_pixels(&mut engine, &front(&ids), 8_000, Vec3::Y);
+    let rays = first.last.stats.rays;
+    let away = Visible { generation: 2, eye: Vec3::X, faces: vec![(FaceId::new(ids[0], true), 100)] };
+    let mut mirror = Mirror::default();
+    mirror.apply(engine.set_visible(&away));
+    let back = Visible { generation: 3, eye: Vec3::Y, faces: front(&ids).iter().map(|&f| (f, 8_000)).collect() };
+    let mut mirror = Mirror::default();
+    mirror.apply(engine.set_visible(&back));
+    assert_eq!(mirror.last.stats.rays, rays);
+    assert_tiled(&mirror, &scene, &front(&ids));
+    for &face in &front(&ids) {
+        assert_eq!(mirror.triangles(face).len(), first.triangles(face).len());
+    }
+}
