@@ -74,7 +74,7 @@ pub struct Results {
 const DEFERRED_SHARE: f32 = 0.03;
 /// Points of an area light that tell full and no visibility, and those that tell how much in between.
 const FIRST_POINTS: u32 = 4;
-const PENUMBRA_POINTS: u32 = 16;
+const PENUMBRA_POINTS: u32 = 64;
 /// Points after which a penumbra is not sampled further.
 pub const MAX_POINTS: u32 = 4096;
 

@@ -150,7 +150,7 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
 /// Default size of the smallest shadow wanted, pixels.
 const SHADOW_PIXELS: f32 = 12.0;
 /// Error of a pixel against the image's mean at which refinement ends.
-const TOLERANCE: f32 = 1e-3;
+const TOLERANCE: f32 = 2.5e-4;
 
 fn spawn<T: Send + 'static>(name: &str, work: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>> {
     let spawned = std::thread::Builder::new().name(name.to_owned()).spawn(work);

@@ -177,7 +177,8 @@ impl Session<'_> {
         let combine = moved || last || due;
         let options = FrameOptions {
             colour: moved,
-            full_luminance: moved,
+            // The last picture shows everything, whatever patches still wait.
+            full_luminance: moved || last,
             combine: combine.then_some(self.display),
             update_mode: self.args.update,
             queries: if self.pixel_counts() == PixelCounts::Query { QUERIES_A_FRAME } else { 0 },

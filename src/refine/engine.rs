@@ -64,6 +64,8 @@ pub struct Engine {
     pub(super) diagonal: f32,
     pub(super) reflectances: Reflectances,
     pub(super) options: Options,
+    /// Present rung of the ladder of tolerances.
+    pub(super) tolerance: f32,
     pub(super) cache: Cache,
     pub(super) workers: Workers,
     /// Base vertices still to be visited before anything is refined, largest on screen first.
@@ -77,6 +79,10 @@ pub struct Engine {
     pub(super) image: ImageError,
     pub(super) stats: EngineStats,
 }
+
+/// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until the
+/// options' own is reached.
+const FIRST_TOLERANCE: f32 = 4e-3;
 
 impl Engine {
     /// An engine with an empty cache.
@@ -96,6 +102,7 @@ impl Engine {
             published: Published::default(),
             image: ImageError::default(),
             stats: EngineStats::default(),
+            tolerance: FIRST_TOLERANCE.max(options.tolerance),
             scene,
             bvh,
             lights,
@@ -123,6 +130,7 @@ impl Engine {
             cache: &self.cache,
             reflectances: &self.reflectances,
             options: &self.options,
+            tolerance: self.tolerance,
             mean: self.image.mean(),
         }
     }
@@ -135,6 +143,7 @@ impl Engine {
         self.roots = visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
         let leaves = self.visible_leaves(&visible.faces);
         self.queue.clear();
+        self.tolerance = FIRST_TOLERANCE.max(self.options.tolerance);
         self.image = ImageError::default();
         let slots = self.drawn_slots(&leaves);
         self.enqueue_first_visits(&leaves, &slots);

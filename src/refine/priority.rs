@@ -55,6 +55,8 @@ pub struct Judge<'a> {
     pub reflectances: &'a Reflectances,
     /// Options of the run.
     pub options: &'a Options,
+    /// Error of a pixel, relative to the image's mean, that is left for later.
+    pub tolerance: f32,
     /// Mean luminance of the image, below a share of which nothing shows.
     pub mean: f32,
 }
@@ -168,7 +170,7 @@ impl Judge<'_> {
         let unseen =
             if self.longest_edge(id) > self.options.shadow_size { self.hidden_shadow(light.mean) } else { 0.0 };
         let error = light.interpolation + unseen;
-        if error < (self.options.tolerance * self.mean).powi(2) {
+        if error < (self.tolerance * self.mean).powi(2) {
             return 0.0;
         }
         let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
@@ -177,7 +179,7 @@ impl Judge<'_> {
 
     /// Square error that a shadow too small to have been seen would cause, times the odds of one.
     fn hidden_shadow(&self, mean: f32) -> f32 {
-        (self.options.tolerance * 2.0 * self.mean).powi(2).max((0.01 * mean).powi(2) * 0.1)
+        (self.tolerance * 2.0 * self.mean).powi(2).max((0.01 * mean).powi(2) * 0.1)
     }
 
     /// Key of tracing what a vertex has put off, or of doubling its points, from the variance that goes.
@@ -201,7 +203,7 @@ impl Judge<'_> {
 
     fn noise_shows(&self, slot: SlotId) -> bool {
         let record = &self.cache.slots[slot.0];
-        let floor = self.options.tolerance * luminance(record.diffuse).max(self.mean);
+        let floor = self.tolerance * luminance(record.diffuse).max(self.mean);
         record.variance > floor * floor
     }
 

@@ -61,7 +61,7 @@ impl Engine {
             }
         }
         if splits.is_empty() && jobs.is_empty() {
-            return false;
+            return self.lower_tolerance();
         }
         let mut fresh = Vec::new();
         for node in splits {
@@ -78,6 +78,19 @@ impl Engine {
         self.evaluate(&slots);
         self.confirm(&fresh, &mut slots);
         self.settle_accounts(&fresh, &slots);
+        true
+    }
+
+    /// Steps down the ladder of tolerances and queues what the visible leaves leave to do there; `false` at its end.
+    fn lower_tolerance(&mut self) -> bool {
+        while self.queue.is_empty() {
+            if self.tolerance <= self.options.tolerance {
+                return false;
+            }
+            self.tolerance = (self.tolerance * 0.5).max(self.options.tolerance);
+            let leaves = self.all_visible_leaves();
+            self.enqueue_leaves(&leaves);
+        }
         true
     }
 
