@@ -6,7 +6,7 @@ use by_hand::{light, material, patch, triangle};
 use glam::{DVec3, Vec3};
 use penombre::scene::light::LightKind;
 use penombre::scene::{EmissionSide, Scene};
-use penombre::shade::lights::{AreaSource, Lights, Source};
+use penombre::shade::lights::{AreaSource, Lights, Receiver, Source};
 use penombre::shade::phong::lobe;
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -31,6 +31,10 @@ fn closed(scene: &Scene, x: Vec3, normal: Vec3) -> f64 {
     let source = area(scene);
     let Some(form) = source.closed_form(x) else { panic!("too many triangles") };
     f64::from(form.irradiance(normal).x)
+}
+
+fn seen(x: Vec3, normal: Vec3, to_eye: Vec3, shininess: f32) -> Receiver {
+    Receiver { x, normal, to_eye, shininess }
 }
 
 fn close(value: f64, expected: f64, relative: f64) -> bool {
@@ -249,7 +253,7 @@ fn highlights_match_quadrature() {
         for mirrored in directions.map(Vec3::normalize) {
             let to_eye = 2.0 * normal.dot(mirrored) * normal - mirrored;
             for shininess in [0.0_f32, 0.5, 1.0, 7.3, 50.0, 1000.0] {
-                let value = f64::from(source.specular(scene, Vec3::ZERO, normal, to_eye, shininess).x);
+                let value = f64::from(source.specular(scene, &seen(Vec3::ZERO, normal, to_eye, shininess), 0.0).x);
                 let expected = quadrature(scene, Vec3::ZERO, 400, |d| {
                     let d = d.as_vec3();
                     f64::from(lobe(shininess, normal, d, to_eye) * normal.dot(d).max(0.0))
@@ -268,7 +272,7 @@ fn highlights_match_quadrature() {
 fn an_endless_lamp_fills_the_highlight() {
     let scene = lamp(Vec3::new(-5e3, 1.0, -5e3), Vec3::X * 1e4, Vec3::Z * 1e4, 1);
     for shininess in [0.1, 1.0, 10.0, 100.0, 1e3, 1e5] {
-        let value = area(&scene).specular(&scene, Vec3::ZERO, Vec3::Y, Vec3::Y, shininess).x;
+        let value = area(&scene).specular(&scene, &seen(Vec3::ZERO, Vec3::Y, Vec3::Y, shininess), 0.0).x;
         assert!((value - 1.0).abs() < 1e-3, "{shininess}: {value}");
     }
 }
@@ -287,7 +291,9 @@ fn nanoseconds_an_evaluation() {
     for (name, scene) in &scenes {
         let source = area(scene);
         let far = Vec3::new(0.0, -20.0, 0.0);
-        time(&format!("{name} far highlight"), &mut |x| source.specular(scene, x + far, Vec3::Y, Vec3::Y, 100.0).x);
+        time(&format!("{name} far highlight"), &mut |x| {
+            source.specular(scene, &seen(x + far, Vec3::Y, Vec3::Y, 100.0), 0.0).x
+        });
         time(&format!("{name} far sampler + 4"), &mut |x| {
             let sampler = source.at(x + far);
             (0..4).map(|i| sampler.sample(scene, [i as f32 * 0.25, 0.3]).unwrap().distance).sum()
@@ -301,7 +307,7 @@ fn nanoseconds_an_evaluation() {
         });
         time(&format!("{name} area sample"), &mut |x| source.sample(scene, x, [0.2, 0.3]).unwrap().distance);
         for s in [10.0, 1000.0] {
-            let highlight = |x| source.specular(scene, x, Vec3::Y, Vec3::new(0.6, 0.8, 0.0), s).x;
+            let highlight = |x| source.specular(scene, &seen(x, Vec3::Y, Vec3::new(0.6, 0.8, 0.0), s), 0.0).x;
             time(&format!("{name} highlight {s}"), &mut { highlight });
         }
     }
