@@ -312,3 +312,80 @@ fn nanoseconds_an_evaluation() {
         }
     }
 }
+
+/// Places around a lamp from where it just counts as distant, with normals all round.
+fn distant_views(source: &AreaSource, centre: Vec3, mut see: impl FnMut(Vec3, Vec3)) {
+    let direction = |i: u32, stride: f32| {
+        let (z, turn) = (1.0 - (i as f32 * stride).fract() * 2.0, i as f32 * 2.4);
+        Vec3::new(turn.cos() * (1.0 - z * z).sqrt(), turn.sin() * (1.0 - z * z).sqrt(), z)
+    };
+    for i in 0..200 {
+        let away = direction(i, 0.618_034);
+        // The shortest distance from which any normal finds it distant: doubled until it does, then bisected.
+        let distant = |d: f32| source.is_distant(centre + away * d, -away);
+        let mut far = 1.0;
+        while !distant(far) {
+            far *= 2.0;
+        }
+        let (mut near, mut far) = (far * 0.5, far);
+        for _ in 0..20 {
+            let middle = (near + far) * 0.5;
+            if distant(middle) { far = middle } else { near = middle }
+        }
+        let x = centre + away * far;
+        for normal in (0..100).map(|k| direction(k, 0.754_878)).filter(|&n| source.is_distant(x, n)) {
+            see(x, normal);
+        }
+    }
+}
+
+/// Polygons as points: relative to what a receiver facing the lamp gets, and relative to the value where it is not grazing.
+#[test]
+fn distant_lamps_match_their_closed_form() {
+    let at = Vec3::new(0.3, 0.5, -0.2);
+    let lamps = [
+        lamp(at - Vec3::new(0.5, 0.0, 0.5), Vec3::X, Vec3::Z, 1),
+        lamp(at - Vec3::new(0.05, 0.0, 0.5), Vec3::new(0.1, 0.0, 0.02), Vec3::new(0.0, 0.3, 1.0), 1),
+        disc(at, 0.5, 22),
+        bowl(at, 0.5, 5),
+    ];
+    let (mut of_facing, mut of_itself, mut seen) = (0.0_f32, 0.0_f32, 0);
+    for scene in &lamps {
+        let source = area(scene);
+        distant_views(&source, at, |x, normal| {
+            let form = source.closed_form(x).expect("few triangles");
+            let (exact, found) = (form.irradiance(normal).x, source.distant_irradiance(x, normal).x);
+            let error = (found - exact).abs();
+            // The light vector's length; the lamps are white. Seen edge-on they send nothing to be relative to.
+            let facing = form.vector().length();
+            if facing * (x - at).length_squared() < 0.02 {
+                return;
+            }
+            of_facing = of_facing.max(error / facing);
+            if exact > 0.3 * facing {
+                of_itself = of_itself.max(error / exact);
+            }
+            seen += u32::from(exact > 0.0);
+        });
+    }
+    println!("{seen} views, error against the facing irradiance {of_facing:.1e}, against its own {of_itself:.1e}");
+    assert!(seen > 10_000, "{seen}");
+    assert!(of_facing < 1.2e-4 && of_itself < 2e-4, "{of_facing} {of_itself}");
+}
+
+/// A dome of triangles of radiance 1, which shows its inside to nobody: (n+1)² points on half a sphere.
+fn bowl(centre: Vec3, radius: f32, n: u32) -> Scene {
+    let mut scene = Scene::default();
+    let bright = material(&mut scene, |m| m.ke = Vec3::ONE);
+    let at = |i: u32, j: u32| {
+        let (s, t) = (i as f32 / n as f32 * 2.0 - 1.0, j as f32 / n as f32 * 2.0 - 1.0);
+        centre + Vec3::new(s, 1.0, t).normalize() * radius
+    };
+    let mut triangles = Vec::new();
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        triangles.push(triangle(&mut scene, [at(i, j), at(i + 1, j + 1), at(i + 1, j)], bright));
+        triangles.push(triangle(&mut scene, [at(i, j), at(i, j + 1), at(i + 1, j + 1)], bright));
+    }
+    light(&mut scene, LightKind::Area { triangles });
+    scene
+}

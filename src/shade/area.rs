@@ -172,7 +172,7 @@ impl AreaSource {
     /// What the luminance of that irradiance is, up to a factor of two or so beside the source; 0 like the bound.
     pub(super) fn strength(&self, x: Vec3, normal: Vec3) -> f32 {
         let bound = self.bound_for_one(x, normal);
-        if bound == 0.0 || !self.is_distant(x, normal) {
+        if bound == 0.0 || !self.is_roughly_distant(x, normal) {
             return luminance(self.radiance) * bound;
         }
         // The little that a source may send which shows its back with its middles.
