@@ -134,6 +134,7 @@ struct Place<'a> {
 }
 
 /// An unoccluded area light at a place.
+#[allow(clippy::large_enum_variant, reason = "one at a time on the stack, in the inner loop")]
 enum Appearance<'a> {
     /// So far that it is points; their irradiance.
     Distant(Vec3),
