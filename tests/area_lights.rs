@@ -373,6 +373,31 @@ fn distant_lamps_match_their_closed_form() {
     assert!(of_facing < 1.2e-4 && of_itself < 2e-4, "{of_facing} {of_itself}");
 }
 
+/// What lights are chosen and ordered by: never less than what arrives, and from afar that itself.
+#[test]
+fn bounds_hold() {
+    let at = Vec3::new(0.3, 0.5, -0.2);
+    let flat = lamp(at - Vec3::new(0.5, 0.0, 0.5), Vec3::X, Vec3::Z, 1);
+    for scene in [flat, disc(at, 0.5, 22), bowl(at, 0.5, 5)] {
+        let (source, light) = (area(&scene), Lights::new(&scene).sources.remove(0));
+        let (mut loosest, mut seen) = (0.0_f32, 0);
+        for i in 0..4000_u32 {
+            let spread = |k: u32| penombre::math::mix(u64::from(i * 8 + k)) as f32 / u64::MAX as f32 * 2.0 - 1.0;
+            let Some(normal) = Vec3::new(spread(0), spread(1), spread(2)).try_normalize() else { continue };
+            let x = at + Vec3::new(spread(3), spread(4), spread(5)) * if i % 2 == 0 { 1.0 } else { 30.0 };
+            let exact = source.closed_form(x).expect("few triangles").irradiance(normal).x;
+            assert!(light.bound(x, normal) >= exact * 0.9999, "{x} {normal}: {} {exact}", light.bound(x, normal));
+            // Farther than twelve radii, and not cut by the horizon or seen edge-on.
+            let clear = x.distance(at) > 10.0 && normal.dot(at - x) > 0.8;
+            if clear && exact > 1e-2 / x.distance_squared(at) {
+                loosest = loosest.max((light.strength(x, normal) / exact).ln().abs());
+                seen += 1;
+            }
+        }
+        assert!(seen > 100 && loosest < 0.05, "{seen} {}", loosest.exp());
+    }
+}
+
 /// A dome of triangles of radiance 1, which shows its inside to nobody: (n+1)² points on half a sphere.
 fn bowl(centre: Vec3, radius: f32, n: u32) -> Scene {
     let mut scene = Scene::default();

@@ -29,8 +29,8 @@ pub struct AreaSource {
     peak: f32,
     pub(super) centre: Vec3,
     pub(super) radius: f32,
-    /// Upper bound of the area that the source shows in any direction.
-    shown_area: f32,
+    /// Upper bound of the share of its area that the source shows in any direction.
+    shown: f32,
     pub(super) distant: Distant,
 }
 
@@ -62,7 +62,7 @@ impl AreaSource {
         Self {
             distant: Distant::new(&outlines, centre, radius),
             outlines,
-            shown_area: shown_area(&facets, both_sides),
+            shown: if both_sides { 1.0 } else { shown_share(&facets) },
             facets,
             clusters,
             both_sides,
@@ -186,17 +186,19 @@ impl AreaSource {
         if highest < 0.0 {
             return 0.0;
         }
-        // E ≤ L π, and E ≤ L A cosθ / d² with the nearest distance and the smallest angle.
+        // E ≤ L π, and E ≤ L A cosθ / d² with the nearest distance, the smallest angle, and the area shown: directions to
+        // parts of the source differ from that to its centre by less than radius / nearest.
         let nearest = (offset.length() - self.radius).max(f32::MIN_POSITIVE);
         let cosine = (highest / nearest).min(1.0);
-        std::f32::consts::PI.min(self.shown_area * cosine / nearest / nearest).max(f32::MIN_POSITIVE)
+        let area = self.facets.area as f32 * (self.shown + self.radius / nearest).min(1.0);
+        std::f32::consts::PI.min(area * cosine / nearest / nearest).max(f32::MIN_POSITIVE)
     }
 }
 
 /// Fronts that face a direction d: Σ max(0, A·d) = ½ (Σ |A·d| + d·Σ A), so a closed surface shows half its area at most.
-fn shown_area(facets: &Facets, both_sides: bool) -> f32 {
+fn shown_share(facets: &Facets) -> f32 {
     let sum: DVec3 = facets.list.iter().map(|f| f.normal * f.area).sum();
-    if both_sides { facets.area as f32 } else { ((facets.area + sum.length()) * 0.5) as f32 }
+    ((1.0 + sum.length() / facets.area.max(f64::MIN_POSITIVE)) * 0.5) as f32
 }
 
 /// The unoccluded light of an area source at a point, for any normal there.
