@@ -12,8 +12,8 @@ use std::ops::Range;
 
 /// Facets up to which the solid angle of each is computed (a closed surface shows half of them).
 const MAX_FACETS: usize = 128;
-/// Distance in radii from which a facet is weighed by its middle and sampled by area, which is unbiased whatever the
-/// distance and takes a fifth of the time of solid angles. Its points' own solid angles scatter by 20 % then.
+/// Distance in radii from which a facet is weighed by its middle and sampled by area: unbiased at any distance, and without
+/// solid angles. d⁻³ varies by less than ±45 % over it then.
 const FAR: f64 = 8.0;
 /// Largest number of groups.
 const CLUSTERS: usize = 64;
