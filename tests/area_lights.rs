@@ -6,7 +6,7 @@ use by_hand::{light, material, patch, triangle};
 use glam::{DVec3, Vec3};
 use penombre::scene::light::LightKind;
 use penombre::scene::{EmissionSide, Scene};
-use penombre::shade::lights::{AreaSource, Lights, Source};
+use penombre::shade::lights::{AreaSource, Lights, Receiver, Source};
 use penombre::shade::phong::lobe;
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -31,6 +31,10 @@ fn closed(scene: &Scene, x: Vec3, normal: Vec3) -> f64 {
     let source = area(scene);
     let Some(form) = source.closed_form(x) else { panic!("too many triangles") };
     f64::from(form.irradiance(normal).x)
+}
+
+fn seen(x: Vec3, normal: Vec3, to_eye: Vec3, shininess: f32) -> Receiver {
+    Receiver { x, normal, to_eye, shininess }
 }
 
 fn close(value: f64, expected: f64, relative: f64) -> bool {
@@ -249,7 +253,7 @@ fn highlights_match_quadrature() {
         for mirrored in directions.map(Vec3::normalize) {
             let to_eye = 2.0 * normal.dot(mirrored) * normal - mirrored;
             for shininess in [0.0_f32, 0.5, 1.0, 7.3, 50.0, 1000.0] {
-                let value = f64::from(source.specular(scene, Vec3::ZERO, normal, to_eye, shininess).x);
+                let value = f64::from(source.specular(scene, &seen(Vec3::ZERO, normal, to_eye, shininess), 0.0).x);
                 let expected = quadrature(scene, Vec3::ZERO, 400, |d| {
                     let d = d.as_vec3();
                     f64::from(lobe(shininess, normal, d, to_eye) * normal.dot(d).max(0.0))
@@ -268,7 +272,7 @@ fn highlights_match_quadrature() {
 fn an_endless_lamp_fills_the_highlight() {
     let scene = lamp(Vec3::new(-5e3, 1.0, -5e3), Vec3::X * 1e4, Vec3::Z * 1e4, 1);
     for shininess in [0.1, 1.0, 10.0, 100.0, 1e3, 1e5] {
-        let value = area(&scene).specular(&scene, Vec3::ZERO, Vec3::Y, Vec3::Y, shininess).x;
+        let value = area(&scene).specular(&scene, &seen(Vec3::ZERO, Vec3::Y, Vec3::Y, shininess), 0.0).x;
         assert!((value - 1.0).abs() < 1e-3, "{shininess}: {value}");
     }
 }
@@ -287,7 +291,9 @@ fn nanoseconds_an_evaluation() {
     for (name, scene) in &scenes {
         let source = area(scene);
         let far = Vec3::new(0.0, -20.0, 0.0);
-        time(&format!("{name} far highlight"), &mut |x| source.specular(scene, x + far, Vec3::Y, Vec3::Y, 100.0).x);
+        time(&format!("{name} far highlight"), &mut |x| {
+            source.specular(scene, &seen(x + far, Vec3::Y, Vec3::Y, 100.0), 0.0).x
+        });
         time(&format!("{name} far sampler + 4"), &mut |x| {
             let sampler = source.at(x + far);
             (0..4).map(|i| sampler.sample(scene, [i as f32 * 0.25, 0.3]).unwrap().distance).sum()
@@ -301,8 +307,110 @@ fn nanoseconds_an_evaluation() {
         });
         time(&format!("{name} area sample"), &mut |x| source.sample(scene, x, [0.2, 0.3]).unwrap().distance);
         for s in [10.0, 1000.0] {
-            let highlight = |x| source.specular(scene, x, Vec3::Y, Vec3::new(0.6, 0.8, 0.0), s).x;
+            let highlight = |x| source.specular(scene, &seen(x, Vec3::Y, Vec3::new(0.6, 0.8, 0.0), s), 0.0).x;
             time(&format!("{name} highlight {s}"), &mut { highlight });
         }
     }
+}
+
+/// Places around a lamp from where it just counts as distant, with normals all round.
+fn distant_views(source: &AreaSource, centre: Vec3, mut see: impl FnMut(Vec3, Vec3)) {
+    let direction = |i: u32, stride: f32| {
+        let (z, turn) = (1.0 - (i as f32 * stride).fract() * 2.0, i as f32 * 2.4);
+        Vec3::new(turn.cos() * (1.0 - z * z).sqrt(), turn.sin() * (1.0 - z * z).sqrt(), z)
+    };
+    for i in 0..200 {
+        let away = direction(i, 0.618_034);
+        // The shortest distance from which any normal finds it distant: doubled until it does, then bisected.
+        let distant = |d: f32| source.is_distant(centre + away * d, -away);
+        let mut far = 1.0;
+        while !distant(far) {
+            far *= 2.0;
+        }
+        let (mut near, mut far) = (far * 0.5, far);
+        for _ in 0..20 {
+            let middle = (near + far) * 0.5;
+            if distant(middle) { far = middle } else { near = middle }
+        }
+        let x = centre + away * far;
+        for normal in (0..100).map(|k| direction(k, 0.754_878)).filter(|&n| source.is_distant(x, n)) {
+            see(x, normal);
+        }
+    }
+}
+
+/// Polygons as points: relative to what a receiver facing the lamp gets, and relative to the value where it is not grazing.
+#[test]
+fn distant_lamps_match_their_closed_form() {
+    let at = Vec3::new(0.3, 0.5, -0.2);
+    let lamps = [
+        lamp(at - Vec3::new(0.5, 0.0, 0.5), Vec3::X, Vec3::Z, 1),
+        lamp(at - Vec3::new(0.05, 0.0, 0.5), Vec3::new(0.1, 0.0, 0.02), Vec3::new(0.0, 0.3, 1.0), 1),
+        disc(at, 0.5, 22),
+        bowl(at, 0.5, 5),
+    ];
+    let (mut of_facing, mut of_itself, mut seen) = (0.0_f32, 0.0_f32, 0);
+    for scene in &lamps {
+        let source = area(scene);
+        distant_views(&source, at, |x, normal| {
+            let form = source.closed_form(x).expect("few triangles");
+            let (exact, found) = (form.irradiance(normal).x, source.distant_irradiance(x, normal).x);
+            let error = (found - exact).abs();
+            // The light vector's length; the lamps are white. Seen edge-on they send nothing to be relative to.
+            let facing = form.vector().length();
+            if facing * (x - at).length_squared() < 0.02 {
+                return;
+            }
+            of_facing = of_facing.max(error / facing);
+            if exact > 0.3 * facing {
+                of_itself = of_itself.max(error / exact);
+            }
+            seen += u32::from(exact > 0.0);
+        });
+    }
+    println!("{seen} views, error against the facing irradiance {of_facing:.1e}, against its own {of_itself:.1e}");
+    assert!(seen > 10_000, "{seen}");
+    assert!(of_facing < 1.2e-4 && of_itself < 2e-4, "{of_facing} {of_itself}");
+}
+
+/// What lights are chosen and ordered by: never less than what arrives, and from afar that itself.
+#[test]
+fn bounds_hold() {
+    let at = Vec3::new(0.3, 0.5, -0.2);
+    let flat = lamp(at - Vec3::new(0.5, 0.0, 0.5), Vec3::X, Vec3::Z, 1);
+    for scene in [flat, disc(at, 0.5, 22), bowl(at, 0.5, 5)] {
+        let (source, light) = (area(&scene), Lights::new(&scene).sources.remove(0));
+        let (mut loosest, mut seen) = (0.0_f32, 0);
+        for i in 0..4000_u32 {
+            let spread = |k: u32| penombre::math::mix(u64::from(i * 8 + k)) as f32 / u64::MAX as f32 * 2.0 - 1.0;
+            let Some(normal) = Vec3::new(spread(0), spread(1), spread(2)).try_normalize() else { continue };
+            let x = at + Vec3::new(spread(3), spread(4), spread(5)) * if i % 2 == 0 { 1.0 } else { 30.0 };
+            let exact = source.closed_form(x).expect("few triangles").irradiance(normal).x;
+            assert!(light.bound(x, normal) >= exact * 0.9999, "{x} {normal}: {} {exact}", light.bound(x, normal));
+            // Farther than twelve radii, and not cut by the horizon or seen edge-on.
+            let clear = x.distance(at) > 10.0 && normal.dot(at - x) > 0.8;
+            if clear && exact > 1e-2 / x.distance_squared(at) {
+                loosest = loosest.max((light.strength(x, normal) / exact).ln().abs());
+                seen += 1;
+            }
+        }
+        assert!(seen > 100 && loosest < 0.05, "{seen} {}", loosest.exp());
+    }
+}
+
+/// A dome of triangles of radiance 1, which shows its inside to nobody: (n+1)² points on half a sphere.
+fn bowl(centre: Vec3, radius: f32, n: u32) -> Scene {
+    let mut scene = Scene::default();
+    let bright = material(&mut scene, |m| m.ke = Vec3::ONE);
+    let at = |i: u32, j: u32| {
+        let (s, t) = (i as f32 / n as f32 * 2.0 - 1.0, j as f32 / n as f32 * 2.0 - 1.0);
+        centre + Vec3::new(s, 1.0, t).normalize() * radius
+    };
+    let mut triangles = Vec::new();
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        triangles.push(triangle(&mut scene, [at(i, j), at(i + 1, j + 1), at(i + 1, j)], bright));
+        triangles.push(triangle(&mut scene, [at(i, j), at(i, j + 1), at(i + 1, j + 1)], bright));
+    }
+    light(&mut scene, LightKind::Area { triangles });
+    scene
 }

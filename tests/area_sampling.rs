@@ -9,7 +9,7 @@ use penombre::math::spherical_triangle::solid_angle;
 use penombre::scene::light::LightKind;
 use penombre::scene::texture::{Texture, TextureId};
 use penombre::scene::{EmissionSide, FaceId, Scene, TriangleId};
-use penombre::shade::lights::{AreaSource, Arrival, Lights, Source};
+use penombre::shade::lights::{AreaSource, Arrival, Lights, Receiver, Source};
 use penombre::shade::phong::lobe;
 use std::f64::consts::PI;
 
@@ -263,7 +263,7 @@ fn highlights_of_many_triangles_match_quadrature() {
     {
         let scene = sphere(Vec3::new(0.2, 1.0, 0.0), 0.4, n);
         let expected = numeric_highlight(&scene, normal, to_eye, shininess, 8).x;
-        let value = area(&scene).specular(&scene, Vec3::ZERO, normal, to_eye, shininess).x;
+        let value = area(&scene).specular(&scene, &Receiver { x: Vec3::ZERO, normal, to_eye, shininess }, 0.0).x;
         assert!((value - expected).abs() < tolerance * expected, "{n} {shininess}: {value} {expected}");
     }
 }
@@ -279,7 +279,7 @@ fn textured_highlights_match_quadrature() {
             let mirrored = mirrored.normalize();
             let to_eye = 2.0 * normal.dot(mirrored) * normal - mirrored;
             let expected = numeric_highlight(&scene, normal, to_eye, shininess, 80);
-            let value = source.specular(&scene, Vec3::ZERO, normal, to_eye, shininess);
+            let value = source.specular(&scene, &Receiver { x: Vec3::ZERO, normal, to_eye, shininess }, 0.0);
             let error = (value - expected).abs().max_element();
             let scale = expected.max_element().max(0.1 * source.mean_radiance().x);
             assert!(error < 0.05 * scale, "{shininess} {mirrored}: {value} {expected}");

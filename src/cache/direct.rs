@@ -11,6 +11,7 @@ use crate::estimate::visibility::{AreaSum, Origin, Visibility};
 use crate::math::luminance;
 use crate::shade::lights::{Source, delta_arrival};
 use crate::shade::world::World;
+use smallvec::SmallVec;
 
 /// A visit to a vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,20 +110,18 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
 
 fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
     let position = cache.vertices[id.0].position;
-    let mut bounds: Vec<(f32, u32)> = (0_u32..)
-        .zip(&world.lights.sources)
-        .map(|(light, source)| {
-            let of_slot = |slot: SlotId| source.bound(position, cache.slots[slot.0].normal);
-            (cache.slots_of(id).map(of_slot).fold(0.0, f32::max), light)
-        })
-        .collect();
-    bounds.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut left: f32 = bounds.iter().map(|b| b.0).sum();
+    let strength = |source: &Source| {
+        let at_slot = |slot: SlotId| source.strength(position, cache.slots[slot.0].normal);
+        cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
+    };
+    let mut strengths: SmallVec<[(f32, u32); 128]> = world.lights.sources.iter().map(strength).zip(0..).collect();
+    strengths.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut left: f32 = strengths.iter().map(|s| s.0).sum();
     let negligible = left * DEFERRED_SHARE;
-    for (bound, light) in bounds {
+    for (strength, light) in strengths {
         let faint = left <= negligible;
-        left -= bound;
-        let taken = if bound == 0.0 {
+        left -= strength;
+        let taken = if strength == 0.0 {
             Some(Visibility::taken_over(Origin::Inferred, 0.0))
         } else {
             take_over(cache, (source_of(world, light), light), node, faint)

@@ -1,12 +1,13 @@
 //! Luminance shown at a slot, from the samples of its vertex: no ray is traced here.
 
-use super::dynamic::{Cache, SlotId, SlotRecord};
+use super::dynamic::{Cache, SlotId};
 use super::layer::Layer;
 use super::vertex::Vertex;
 use crate::estimate::visibility::{Origin, REMEMBERED, Visibility};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;
-use crate::shade::lights::{AreaSource, Source, delta_arrival};
+use crate::scene::light::LightKind;
+use crate::shade::lights::{AreaSource, ClosedForm, Receiver, Source, delta_arrival};
 use crate::shade::phong::lobe;
 use crate::shade::world::World;
 use glam::Vec3;
@@ -29,34 +30,84 @@ const STRATIFIED: f32 = 0.3;
 /// Relative variance of one point of a light that has no closed form.
 const SAMPLED: f32 = 0.1;
 
-/// Diffuse luminance of a slot over all lights.
+/// What a slot shows.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shown {
+    /// Diffuse luminance.
+    pub diffuse: Diffuse,
+    /// Specular luminance S (method 2).
+    pub specular: Vec3,
+}
+
+/// Luminance of a highlight against its light's diffuse one up to which it has the light's mean colour.
+const COLOURLESS: f32 = 1e-3;
+
+/// Luminance of a slot seen from `eye`, over all lights. Highlights are exact for delta lights; for area lights they are the
+/// unoccluded ones times the visibility of the remembered points, weighted by the lobe (method 2).
 #[must_use]
-pub fn diffuse(world: &World<'_>, cache: &Cache, slot: SlotId) -> Diffuse {
+pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown {
     let record = &cache.slots[slot.0];
     let vertex = &cache.vertices[record.vertex.0];
-    let (mut irradiance, mut variance) = (Vec3::ZERO, 0.0);
-    for (source, layer) in world.lights.sources.iter().zip(&cache.layers) {
+    let place = Place {
+        world,
+        vertex,
+        slot,
+        receiver: Receiver {
+            x: vertex.position,
+            normal: record.normal,
+            to_eye: (eye - vertex.position).normalize_or(record.normal),
+            shininess: record.shininess.unwrap_or(0.0),
+        },
+        shines: record.shininess.is_some(),
+    };
+    let mut sum = Sum::default();
+    for (light, (source, layer)) in (0_u32..).zip(world.lights.sources.iter().zip(&cache.layers)) {
         let visibility = layer.visibility.get(record.vertex.0);
-        let fraction = visibility.fraction();
-        if visibility.points == 0 && fraction == 0.0 {
-            continue;
+        let spread = spread(source, visibility);
+        if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
+            let part = match source {
+                Source::Delta(kind) => place.delta(kind, visibility),
+                Source::Area(area) => place.area((light, area, layer), visibility),
+            };
+            sum.add(part, spread);
         }
-        let (visible, unoccluded) = match source {
-            Source::Delta(kind) => {
-                let full = delta_arrival(kind, vertex.position)
-                    .map_or(Vec3::ZERO, |a| a.facing * record.normal.dot(a.direction).max(0.0));
-                (full * fraction, full)
-            }
-            Source::Area(area) => area_irradiance(world, (area, layer), slot, (vertex, record), visibility),
-        };
-        irradiance += visible;
-        let mut spread = fraction_variance(visibility, fraction);
-        if visibility.points > 0 && matches!(source, Source::Area(area) if !area.has_closed_form()) {
-            spread += SAMPLED / visibility.points as f32;
-        }
-        variance += luminance(unoccluded).powi(2) * spread;
     }
-    Diffuse { value: irradiance / PI, variance: variance / (PI * PI) }
+    let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
+    Shown { diffuse, specular: sum.specular }
+}
+
+/// Light of one source at a slot.
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    irradiance: Vec3,
+    /// Irradiance without occlusion.
+    unoccluded: Vec3,
+    specular: Vec3,
+}
+
+/// Light of all sources.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sum {
+    irradiance: Vec3,
+    variance: f32,
+    specular: Vec3,
+}
+
+impl Sum {
+    fn add(&mut self, part: Part, spread: f32) {
+        self.irradiance += part.irradiance;
+        self.variance += luminance(part.unoccluded).powi(2) * spread;
+        self.specular += part.specular;
+    }
+}
+
+/// Variance of a light at a slot over the square of what is unoccluded.
+fn spread(source: &Source, visibility: Visibility) -> f32 {
+    let mut spread = fraction_variance(visibility, visibility.fraction());
+    if visibility.points > 0 && matches!(source, Source::Area(area) if !area.has_closed_form()) {
+        spread += SAMPLED / visibility.points as f32;
+    }
+    spread
 }
 
 /// Variance of a visible fraction.
@@ -73,37 +124,112 @@ fn fraction_variance(visibility: Visibility, fraction: f32) -> f32 {
     }
 }
 
-/// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible fraction, or
-/// the mean of the samples where there is no closed form.
-fn area_irradiance(
-    world: &World<'_>,
-    (source, layer): (&AreaSource, &Layer),
+/// A slot that is being lit.
+struct Place<'a> {
+    world: &'a World<'a>,
+    vertex: &'a Vertex,
     slot: SlotId,
-    (vertex, record): (&Vertex, &SlotRecord),
-    visibility: Visibility,
-) -> (Vec3, Vec3) {
-    let sum = layer.sums.get(slot.0);
-    let sampled = visibility.points > 0 && sum.unoccluded > 0.0;
-    match unoccluded(source, vertex.position, record.normal) {
-        Some(unoccluded) if sampled => (sum.visible * (luminance(unoccluded) / sum.unoccluded), unoccluded),
-        Some(unoccluded) => (unoccluded * visibility.fraction(), unoccluded),
-        None if sampled => {
-            let mean = sum.visible / visibility.points as f32;
-            (mean, mean / visibility.fraction().max(0.05))
-        }
-        None => {
-            let unoccluded = unoccluded_estimate(world, source, vertex.position, record.normal);
-            (unoccluded * visibility.fraction(), unoccluded)
-        }
-    }
+    receiver: Receiver,
+    /// Whether its material has highlights.
+    shines: bool,
 }
 
-/// Unoccluded irradiance of an area source, where it has a closed form.
-fn unoccluded(source: &AreaSource, x: Vec3, normal: Vec3) -> Option<Vec3> {
-    if source.is_distant(x) {
-        return Some(source.distant_irradiance(x, normal));
+/// An unoccluded area light at a place.
+#[allow(clippy::large_enum_variant, reason = "one at a time on the stack, in the inner loop")]
+enum Appearance<'a> {
+    /// So far that it is points; their irradiance.
+    Distant(Vec3),
+    Form(ClosedForm<'a>),
+    /// Of too many triangles.
+    Sampled,
+}
+
+impl Place<'_> {
+    fn delta(&self, kind: &LightKind, visibility: Visibility) -> Part {
+        let Some(arrival) = delta_arrival(kind, self.receiver.x) else { return Part::default() };
+        let Receiver { normal, to_eye, shininess, .. } = self.receiver;
+        let unoccluded = arrival.facing * normal.dot(arrival.direction).max(0.0);
+        let irradiance = unoccluded * visibility.fraction();
+        let lobe = if self.shines { lobe(shininess, normal, arrival.direction, to_eye) } else { 0.0 };
+        Part { irradiance, unoccluded, specular: irradiance * lobe }
     }
-    source.closed_form(x).map(|form| form.irradiance(normal))
+
+    fn area(&self, (light, source, layer): (u32, &AreaSource, &Layer), visibility: Visibility) -> Part {
+        let Receiver { x, normal, .. } = self.receiver;
+        let appearance = if source.is_distant(x, normal) {
+            Appearance::Distant(source.distant_irradiance(x, normal))
+        } else {
+            source.closed_form(x).map_or(Appearance::Sampled, Appearance::Form)
+        };
+        let (irradiance, unoccluded) = self.irradiance((source, layer), &appearance, visibility);
+        let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO };
+        if self.shines && visibility.fraction() > 0.0 {
+            let full = self.highlight(source, &appearance, luminance(unoccluded) * COLOURLESS);
+            if full != Vec3::ZERO {
+                part.specular = full * self.lobe_visibility((light, source), visibility);
+            }
+        }
+        part
+    }
+
+    /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible fraction, or
+    /// the mean of the samples where there is no closed form.
+    fn irradiance(
+        &self,
+        (source, layer): (&AreaSource, &Layer),
+        appearance: &Appearance<'_>,
+        visibility: Visibility,
+    ) -> (Vec3, Vec3) {
+        let sum = layer.sums.get(self.slot.0);
+        let sampled = visibility.points > 0 && sum.unoccluded > 0.0;
+        let unoccluded = match appearance {
+            Appearance::Distant(irradiance) => *irradiance,
+            Appearance::Form(form) => form.irradiance(self.receiver.normal),
+            Appearance::Sampled if sampled => {
+                let mean = sum.visible / visibility.points as f32;
+                return (mean, mean / visibility.fraction().max(0.05));
+            }
+            Appearance::Sampled => unoccluded_estimate(self.world, source, self.receiver.x, self.receiver.normal),
+        };
+        if sampled {
+            return (sum.visible * (luminance(unoccluded) / sum.unoccluded), unoccluded);
+        }
+        (unoccluded * visibility.fraction(), unoccluded)
+    }
+
+    /// Highlight without occlusion.
+    fn highlight(&self, source: &AreaSource, appearance: &Appearance<'_>, floor: f32) -> Vec3 {
+        let receiver = &self.receiver;
+        let as_direction = match appearance {
+            Appearance::Distant(irradiance) => source.distant_specular(receiver, *irradiance),
+            Appearance::Form(form) => return source.specular_of(self.world.scene, form, receiver, floor),
+            Appearance::Sampled => None,
+        };
+        as_direction.unwrap_or_else(|| source.specular(self.world.scene, receiver, floor))
+    }
+
+    /// Visible share of a highlight: the remembered points weighted by what each adds to it, the plain fraction where none does.
+    fn lobe_visibility(&self, (light, source): (u32, &AreaSource), visibility: Visibility) -> f32 {
+        let fraction = visibility.fraction();
+        if visibility.points == 0 || fraction == 1.0 {
+            return fraction;
+        }
+        let Receiver { x, normal, to_eye, shininess } = self.receiver;
+        let sequence = self.world.sequence(&self.vertex.site(), light);
+        let sampler = source.at(x);
+        let (mut seen, mut all) = (0.0, 0.0);
+        for (index, visible) in visibility.remembered() {
+            let [u, v, ..] = sequence.point(index);
+            if let Some(a) = sampler.sample(self.world.scene, [u, v]) {
+                let cosine = normal.dot(a.direction).max(0.0);
+                let weight = luminance(a.facing) * cosine * lobe(shininess, normal, a.direction, to_eye);
+                all += weight;
+                seen += if visible { weight } else { 0.0 };
+            }
+        }
+        // Where hardly any point falls into the lobe, its share says nothing.
+        if all > 1e-12 { seen / all } else { fraction }
+    }
 }
 
 /// Points that stand in for a closed form where there is none.
@@ -118,68 +244,4 @@ fn unoccluded_estimate(world: &World<'_>, source: &AreaSource, x: Vec3, normal: 
         arrival.map_or(Vec3::ZERO, |a| a.mean_facing * normal.dot(a.direction).max(0.0))
     };
     (0..ESTIMATE_POINTS).map(irradiance).sum::<Vec3>() / ESTIMATE_POINTS as f32
-}
-
-/// Specular luminance S of a slot seen from `eye`: exact for delta lights; for area lights the unoccluded highlight times
-/// the visibility of the remembered points, weighted by the lobe (method 2).
-#[must_use]
-pub fn specular(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Vec3 {
-    let record = &cache.slots[slot.0];
-    let Some(shininess) = record.shininess else { return Vec3::ZERO };
-    let vertex = &cache.vertices[record.vertex.0];
-    let to_eye = (eye - vertex.position).normalize_or(record.normal);
-    let mut sum = Vec3::ZERO;
-    for (light, (source, layer)) in (0_u32..).zip(world.lights.sources.iter().zip(&cache.layers)) {
-        let visibility = layer.visibility.get(record.vertex.0);
-        if visibility.fraction() == 0.0 {
-            continue;
-        }
-        sum += match source {
-            Source::Delta(kind) => delta_arrival(kind, vertex.position).map_or(Vec3::ZERO, |a| {
-                let cosine = record.normal.dot(a.direction).max(0.0);
-                a.facing * (visibility.fraction() * cosine * lobe(shininess, record.normal, a.direction, to_eye))
-            }),
-            Source::Area(area) => {
-                let (x, normal) = (vertex.position, record.normal);
-                let far = area.distant_specular(x, normal, to_eye, shininess);
-                let full = far.unwrap_or_else(|| area.specular(world.scene, x, normal, to_eye, shininess));
-                let share = if full == Vec3::ZERO {
-                    0.0
-                } else {
-                    lobe_visibility(world, (vertex, record), (light, area), visibility, to_eye)
-                };
-                full * share
-            }
-        };
-    }
-    sum
-}
-
-/// Visible share of a highlight: the remembered points weighted by what each adds to it, the plain fraction where none does.
-fn lobe_visibility(
-    world: &World<'_>,
-    (vertex, record): (&Vertex, &SlotRecord),
-    (light, source): (u32, &AreaSource),
-    visibility: Visibility,
-    to_eye: Vec3,
-) -> f32 {
-    let fraction = visibility.fraction();
-    if visibility.points == 0 || fraction == 1.0 {
-        return fraction;
-    }
-    let shininess = record.shininess.unwrap_or(0.0);
-    let sequence = world.sequence(&vertex.site(), light);
-    let sampler = source.at(vertex.position);
-    let (mut seen, mut all) = (0.0, 0.0);
-    for (index, visible) in visibility.remembered() {
-        let [u, v, ..] = sequence.point(index);
-        if let Some(a) = sampler.sample(world.scene, [u, v]) {
-            let cosine = record.normal.dot(a.direction).max(0.0);
-            let weight = luminance(a.facing) * cosine * lobe(shininess, record.normal, a.direction, to_eye);
-            all += weight;
-            seen += if visible { weight } else { 0.0 };
-        }
-    }
-    // Where hardly any point falls into the lobe, its share says nothing.
-    if all > 1e-12 { seen / all } else { fraction }
 }

@@ -244,14 +244,12 @@ impl Engine {
         let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
         let (cache, eye) = (&self.cache, self.eye);
         let values = self.workers.map_chunks(slots, |chunk| {
-            let value = |&slot: &SlotId| {
-                (luminance::diffuse(&world, cache, slot), luminance::specular(&world, cache, slot, eye))
-            };
-            chunk.iter().map(value).collect::<Vec<_>>()
+            chunk.iter().map(|&slot| luminance::shown(&world, cache, slot, eye)).collect::<Vec<_>>()
         });
-        for (&slot, (diffuse, specular)) in slots.iter().zip(values.into_iter().flatten()) {
+        for (&slot, shown) in slots.iter().zip(values.into_iter().flatten()) {
             let record = &mut self.cache.slots[slot.0];
-            (record.diffuse, record.variance, record.specular) = (diffuse.value, diffuse.variance, specular);
+            (record.diffuse, record.variance) = (shown.diffuse.value, shown.diffuse.variance);
+            record.specular = shown.specular;
             record.known = self.cache.vertices[record.vertex.0].progress.visited;
         }
         self.published.changed.extend_from_slice(slots);

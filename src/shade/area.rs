@@ -2,12 +2,13 @@
 
 use super::area_far::Distant;
 use super::area_sampler::{Cluster, Sampler};
+use super::emission::Parts;
 use super::facets::{Facet, Facets, Outlines};
 use super::lights::Arrival;
 use crate::math::luminance;
 use crate::math::polygon::{edge_term, edges};
 use crate::scene::{EmissionSide, FaceId, Scene, TriangleId};
-use glam::{DVec3, Vec2, Vec3};
+use glam::{DVec3, Vec3};
 use smallvec::SmallVec;
 
 /// An emissive component, prepared.
@@ -22,10 +23,14 @@ pub struct AreaSource {
     /// Area-mean radiance.
     radiance: Vec3,
     pub(super) textured: bool,
+    /// Where a texture makes it uneven.
+    pub(super) parts: Parts,
     /// Luminance of the untextured emission, an upper bound since texels are ≤ 1.
     peak: f32,
     pub(super) centre: Vec3,
     pub(super) radius: f32,
+    /// Upper bound of the share of its area that the source shows in any direction.
+    shown: f32,
     pub(super) distant: Distant,
 }
 
@@ -43,22 +48,27 @@ impl AreaSource {
         let own: Vec<Facet> = triangles.iter().filter_map(|&t| Facet::of_scene(scene, t)).collect();
         let outlines = Outlines::new(scene, &own);
         let first = triangles.first().map(|&t| scene.material(t));
-        let radiance = mean_radiance(scene, &own);
         let textured = first.is_some_and(|m| m.map_ke.is_some());
+        let parts = if textured { Parts::new(scene, &own) } else { Parts::default() };
+        let radiance = if textured { parts.mean() } else { first.map_or(Vec3::ZERO, |m| m.ke) };
         let mut facets = if textured { own } else { outlines.fans(triangles).collect() };
         let clusters = Cluster::build(&mut facets);
         let corners = || triangles.iter().flat_map(|&t| scene.corners(t));
         let lo = corners().fold(Vec3::INFINITY, Vec3::min);
         let hi = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
         let (centre, radius) = ((lo + hi) * 0.5, (hi - lo).length() * 0.5);
+        let both_sides = scene.emission_side == EmissionSide::Both;
+        let facets = Facets::new(facets);
         Self {
             distant: Distant::new(&outlines, centre, radius),
             outlines,
-            facets: Facets::new(facets),
+            shown: if both_sides { 1.0 } else { shown_share(&facets) },
+            facets,
             clusters,
-            both_sides: scene.emission_side == EmissionSide::Both,
+            both_sides,
             radiance,
             textured,
+            parts,
             peak: first.map_or(0.0, |m| luminance(m.ke)),
             centre,
             radius,
@@ -156,49 +166,39 @@ impl AreaSource {
     /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`; 0 only where no
     /// light can arrive.
     pub(super) fn bound(&self, x: Vec3, normal: Vec3) -> f32 {
+        self.peak * self.bound_for_one(x, normal)
+    }
+
+    /// What the luminance of that irradiance is, up to a factor of two or so beside the source; 0 like the bound.
+    pub(super) fn strength(&self, x: Vec3, normal: Vec3) -> f32 {
+        let bound = self.bound_for_one(x, normal);
+        if bound == 0.0 || !self.is_roughly_distant(x, normal) {
+            return luminance(self.radiance) * bound;
+        }
+        // The little that a source may send which shows its back with its middles.
+        luminance(self.distant_irradiance(x, normal)).max(luminance(self.radiance) * bound * 1e-6)
+    }
+
+    /// Upper bound for radiance 1.
+    fn bound_for_one(&self, x: Vec3, normal: Vec3) -> f32 {
         let offset = self.centre - x;
-        if offset.dot(normal) < -self.radius {
+        let highest = offset.dot(normal) + self.radius;
+        if highest < 0.0 {
             return 0.0;
         }
-        let nearest = (offset.length() - self.radius).max(0.0);
-        // E ≤ L π, and E ≤ L A / d² with the nearest distance.
-        let area = self.facets.area as f32;
-        self.peak * std::f32::consts::PI.min(area / (nearest * nearest).max(f32::MIN_POSITIVE))
+        // E ≤ L π, and E ≤ L A cosθ / d² with the nearest distance, the smallest angle, and the area shown: directions to
+        // parts of the source differ from that to its centre by less than radius / nearest.
+        let nearest = (offset.length() - self.radius).max(f32::MIN_POSITIVE);
+        let cosine = (highest / nearest).min(1.0);
+        let area = self.facets.area as f32 * (self.shown + self.radius / nearest).min(1.0);
+        std::f32::consts::PI.min(area * cosine / nearest / nearest).max(f32::MIN_POSITIVE)
     }
 }
 
-/// Area-mean of what [`Scene::emitted_at`] returns on the fronts of the facets: a regular grid in each, as fine as its
-/// texels.
-fn mean_radiance(scene: &Scene, facets: &[Facet]) -> Vec3 {
-    let (mut sum, mut area) = (DVec3::ZERO, 0.0);
-    for facet in facets {
-        let n = texels_across(scene, facet.id);
-        let emitted = |u: f64, v: f64| {
-            scene.emitted_at(FaceId::new(facet.id, false), (u / n as f64) as f32, (v / n as f64) as f32).as_dvec3()
-        };
-        let mut inside = DVec3::ZERO;
-        for (i, j) in (0..n).flat_map(|i| (0..n - i).map(move |j| (i, j))) {
-            let (u, v) = (i as f64, j as f64);
-            // The centres of the small triangles of one cell, the second missing on the diagonal.
-            inside += emitted(u + 1.0 / 3.0, v + 1.0 / 3.0);
-            if i + j + 1 < n {
-                inside += emitted(u + 2.0 / 3.0, v + 2.0 / 3.0);
-            }
-        }
-        sum += inside * (facet.area / (n * n) as f64);
-        area += facet.area;
-    }
-    if area > 0.0 { (sum / area).as_vec3() } else { Vec3::ZERO }
-}
-
-/// Subdivisions of a triangle's edges for about two samples a texel, 1 without a texture.
-fn texels_across(scene: &Scene, id: TriangleId) -> usize {
-    let Some(map) = scene.material(id).map_ke else { return 1 };
-    let [width, height] = scene.textures[map.0 as usize].extents()[0];
-    let size = Vec2::new(width as f32, height as f32);
-    let [a, b, c] = scene.uvs[id.0 as usize].map(|uv| uv * size);
-    let longest = (b - a).length().max((c - b).length()).max((a - c).length());
-    (2.0 * longest).clamp(8.0, 1024.0) as usize
+/// Fronts that face a direction d: Σ max(0, A·d) = ½ (Σ |A·d| + d·Σ A), so a closed surface shows half its area at most.
+fn shown_share(facets: &Facets) -> f32 {
+    let sum: DVec3 = facets.list.iter().map(|f| f.normal * f.area).sum();
+    ((1.0 + sum.length() / facets.area.max(f64::MIN_POSITIVE)) * 0.5) as f32
 }
 
 /// The unoccluded light of an area source at a point, for any normal there.
@@ -246,8 +246,13 @@ impl<'a> ClosedForm<'a> {
     /// Irradiance on a surface of unit `normal` from what lies above its horizon, W·m⁻².
     #[must_use]
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
+        self.radiance * self.form_factor(normal)
+    }
+
+    /// The same for radiance 1.
+    pub(super) fn form_factor(&self, normal: Vec3) -> f32 {
         let normal = normal.as_dvec3();
-        self.radiance * self.polygons().map(|(polygon, terms)| polygon.irradiance(terms, normal)).sum::<f64>() as f32
+        self.polygons().map(|(polygon, terms)| polygon.irradiance(terms, normal)).sum::<f64>() as f32
     }
 
     /// The polygons that face the point, with the terms of their edges.

@@ -4,6 +4,7 @@ use super::area::{AreaSource, ClosedForm, Seen};
 use super::area_sampler::Sampler;
 use super::facets::Facet;
 use super::phong::lobe;
+use crate::math::luminance;
 use crate::math::phong_polygon::Lobe;
 use crate::math::sequence::Sequence;
 use crate::math::spherical_triangle::meet;
@@ -19,40 +20,61 @@ const NEGLIGIBLE: f64 = -14.0;
 const SMALL: f64 = 0.01;
 /// Square of a light's half angle, in widths of the lobe, up to which the lobe is a paraboloid over it.
 const SMOOTH: f64 = 0.2;
+/// Where a highlight is seen.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// Place.
+    pub x: Vec3,
+    /// Unit normal.
+    pub normal: Vec3,
+    /// Unit direction to the eye.
+    pub to_eye: Vec3,
+    /// Exponent of the lobe.
+    pub shininess: f32,
+}
+
 /// Points of a textured light, and as many directions of the lobe, for the colour of its highlight.
 const TEXTURE_POINTS: u32 = 128;
 /// Points of the light where there are more edges.
 const POINTS: u32 = 256;
 
 impl AreaSource {
-    /// Unoccluded highlight ∫ lobe · L cosθ dω of the source at `x` (method 2); `normal` and `to_eye` are unit.
+    /// Unoccluded highlight ∫ lobe · L cosθ dω of the source (method 2). The texture does not colour what is darker than
+    /// `floor`, in luminance.
     #[must_use]
-    pub fn specular(&self, scene: &Scene, x: Vec3, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
-        match self.form(x, MAX_EDGES) {
-            Some(form) if self.textured => {
-                let mean = form.specular(normal, to_eye, shininess);
-                if mean == Vec3::ZERO {
-                    return mean;
-                }
-                let phong = phong_lobe(normal, to_eye, shininess);
-                self.radiance_in_lobe(scene, &self.at(x), &phong)
-                    .map_or(mean, |seen| mean / self.mean_radiance() * seen)
-            }
-            Some(form) => form.specular(normal, to_eye, shininess),
-            None => self.sampled_specular(scene, x, normal, to_eye, shininess),
+    pub fn specular(&self, scene: &Scene, receiver: &Receiver, floor: f32) -> Vec3 {
+        match self.form(receiver.x, MAX_EDGES) {
+            Some(form) => self.specular_of(scene, &form, receiver, floor),
+            None => self.sampled_specular(scene, receiver),
         }
+    }
+
+    /// The same from a closed form at the receiver's place.
+    #[must_use]
+    pub fn specular_of(&self, scene: &Scene, form: &ClosedForm<'_>, receiver: &Receiver, floor: f32) -> Vec3 {
+        let Receiver { x, normal, to_eye, shininess } = *receiver;
+        let highlight = form.highlight(normal, to_eye, shininess);
+        let mean = self.mean_radiance() * highlight;
+        if !self.textured || luminance(mean) <= floor {
+            return mean;
+        }
+        let phong = phong_lobe(normal, to_eye, shininess);
+        let nearest = self.centre.distance(x) - self.radius;
+        let parts = if nearest > 0.0 { self.parts.in_lobe(x, nearest, &phong, self.both_sides) } else { None };
+        let seen = parts.or_else(|| self.radiance_in_lobe(scene, &self.at(x), &phong));
+        seen.map_or(mean, |seen| seen * highlight)
     }
 
     /// Mean radiance of a textured source weighed by the lobe and the cosine; `None` where no sample meets both. Points of
     /// the light and directions of the lobe, combined by the balance heuristic.
     fn radiance_in_lobe(&self, scene: &Scene, sampler: &Sampler<'_>, phong: &Lobe) -> Option<Vec3> {
-        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
         let mut add = |facet: &Facet, at: [f64; 2], offset: DVec3, measure: f64| {
             let direction = offset.normalize();
             let cosine = direction.dot(phong.axis);
             let value = phong.value(cosine) * direction.dot(phong.normal).max(0.0);
             let weight = value / (measure.recip() + phong.density(cosine));
-            sum += self.radiance_at(scene, facet, at, offset) * weight as f32;
+            sum += self.radiance_at(scene, facet, at, offset).as_dvec3() * weight;
             weights += weight;
         };
         let sequence = Sequence::new(1);
@@ -76,10 +98,11 @@ impl AreaSource {
                 }
             }
         }
-        (weights > 0.0).then(|| sum / weights as f32)
+        (weights > f64::MIN_POSITIVE).then(|| (sum / weights).as_vec3())
     }
 
-    fn sampled_specular(&self, scene: &Scene, x: Vec3, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
+    fn sampled_specular(&self, scene: &Scene, receiver: &Receiver) -> Vec3 {
+        let Receiver { x, normal, to_eye, shininess } = *receiver;
         let sampler = self.at(x);
         let sequence = Sequence::new(0);
         let value = |index| {
@@ -101,12 +124,17 @@ impl ClosedForm<'_> {
     /// Unoccluded highlight for the source's mean radiance; exact (1e-4) for any exponent and size of light.
     #[must_use]
     pub fn specular(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
+        self.mean_radiance() * self.highlight(normal, to_eye, shininess)
+    }
+
+    /// The same for radiance 1.
+    fn highlight(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> f32 {
         if shininess == 0.0 {
-            return self.irradiance(normal) / std::f32::consts::PI;
+            return self.form_factor(normal) / std::f32::consts::PI;
         }
         let phong = phong_lobe(normal, to_eye, shininess);
         let sum: f64 = self.polygons().map(|(polygon, terms)| highlight(&phong, polygon, terms)).sum();
-        self.mean_radiance() * sum.max(0.0) as f32
+        sum.max(0.0) as f32
     }
 }
 

@@ -40,6 +40,10 @@ pub struct Facet {
     pub normal: DVec3,
     /// Area.
     pub area: f64,
+    /// Centroid.
+    pub middle: DVec3,
+    /// Square of the largest distance of a corner from the centroid.
+    pub squared_radius: f64,
 }
 
 impl Facet {
@@ -48,7 +52,9 @@ impl Facet {
         let edges = [b - a, c - a];
         let cross = edges[0].cross(edges[1]);
         let normal = cross.try_normalize()?;
-        Some(Self { id, corner: a, edges, normal, area: 0.5 * cross.length() })
+        let middle = a + (edges[0] + edges[1]) / 3.0;
+        let squared_radius = [a, b, c].iter().map(|p| p.distance_squared(middle)).fold(0.0, f64::max);
+        Some(Self { id, corner: a, edges, normal, area: 0.5 * cross.length(), middle, squared_radius })
     }
 
     /// The point at barycentrics `at`, as seen from `x`.

@@ -2,6 +2,7 @@
 
 pub use super::area::{AreaSource, ClosedForm};
 pub use super::area_sampler::Sampler;
+pub use super::area_specular::Receiver;
 use crate::math::luminance;
 use crate::scene::Scene;
 use crate::scene::light::{Light, LightKind, spot_falloff};
@@ -65,12 +66,24 @@ impl Source {
     #[must_use]
     pub fn bound(&self, x: Vec3, normal: Vec3) -> f32 {
         match self {
-            Self::Delta(kind) => {
-                delta_arrival(kind, x).map_or(0.0, |a| luminance(a.facing) * a.direction.dot(normal).max(0.0))
-            }
+            Self::Delta(kind) => delta_luminance(kind, x, normal),
             Self::Area(area) => area.bound(x, normal),
         }
     }
+
+    /// The luminance of the unoccluded irradiance itself, but for area lights near `x`, and textured ones, roughly: what to
+    /// order lights by. 0 where the bound is.
+    #[must_use]
+    pub fn strength(&self, x: Vec3, normal: Vec3) -> f32 {
+        match self {
+            Self::Delta(kind) => delta_luminance(kind, x, normal),
+            Self::Area(area) => area.strength(x, normal),
+        }
+    }
+}
+
+fn delta_luminance(kind: &LightKind, x: Vec3, normal: Vec3) -> f32 {
+    delta_arrival(kind, x).map_or(0.0, |a| luminance(a.facing) * a.direction.dot(normal).max(0.0))
 }
 
 /// Light of a point, spot or directional source at `x`; `None` where it sends none.

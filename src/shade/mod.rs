@@ -4,6 +4,7 @@ pub mod area;
 pub mod area_far;
 pub mod area_sampler;
 mod area_specular;
+mod emission;
 mod facets;
 pub mod lights;
 pub mod phong;
