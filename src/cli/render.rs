@@ -134,6 +134,7 @@ fn start_engine(args: &RenderArgs, scene: &Arc<Scene>, hierarchy: Hierarchy) -> 
 }
 
 fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
+    let display = args.output.display(&scene.display);
     let image = args.scene.size.width.max(args.scene.size.height) as f32;
     let refinement = &args.refinement;
     Options {
@@ -143,6 +144,7 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
         contrast: refinement.contrast,
         // What covers a few pixels where the whole scene fills the image.
         shadow_size: refinement.shadow_size.unwrap_or(scene.diagonal() * SHADOW_PIXELS / image),
+        white: (-display.exposure).exp2(),
         tolerance: TOLERANCE,
     }
 }

@@ -169,12 +169,18 @@ impl Judge<'_> {
         // Below the tolerance nothing shows; a leaf that might hide a small shadow stays in the queue all the same.
         let unseen =
             if self.longest_edge(id) > self.options.shadow_size { self.hidden_shadow(light.mean) } else { 0.0 };
-        let error = light.interpolation + unseen;
+        let error = (light.interpolation + unseen) * self.display_gain(light.mean);
         if error < (self.tolerance * self.mean).powi(2) {
             return 0.0;
         }
         let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
         node.work.pixels * error / (1.0 + VERTEX_COST * new as f32)
+    }
+
+    /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white can wait
+    /// (method 5).
+    fn display_gain(&self, luminance: f32) -> f32 {
+        (1.0 + luminance / self.options.white).powi(-4)
     }
 
     /// Square error that a shadow too small to have been seen would cause, times the odds of one.
@@ -194,7 +200,9 @@ impl Judge<'_> {
             for leaf in self.cache.leaves_of(slot) {
                 let node = &self.cache.topology.nodes[self.cache.leaves[leaf.0].node.0];
                 let share = node.work.pixels / (6.0 * node.drawn.len().max(1) as f32);
-                gain += share * variance * self.reflectances.noise_gain(self.scene, node.face);
+                let shown = self.reflectances.shown(self.scene, node.face, self.cache, slot);
+                let noise = variance * self.reflectances.noise_gain(self.scene, node.face);
+                gain += share * noise * self.display_gain(shown);
             }
         }
         let shows = self.cache.slots_of(id).any(|slot| self.noise_shows(slot));
