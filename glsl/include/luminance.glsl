@@ -10,9 +10,14 @@ layout(location = 2) out uint out_leaf;
 
 const float HALF_MAX = 65504.0;
 
+// Least weight that a vertex with a value has (refine/publish.rs, COVERED_WEIGHT).
+const float LEAST_WEIGHT = 4e-3;
+
 void write_luminance() {
-    float factor = weight > 1e-6 ? frame.luminance_scale / weight : 0.0;
-    out_diffuse = vec4(min(weighted_diffuse * factor, HALF_MAX), 1.0);
-    out_specular = vec4(min(weighted_specular * factor, HALF_MAX), 1.0);
+    // A pixel centre may lie a little outside of the triangle (its corners are snapped to the raster), where values are
+    // extrapolated: neither the weight below its least value nor a negative luminance is what any vertex says.
+    float factor = frame.luminance_scale / max(weight, LEAST_WEIGHT);
+    out_diffuse = vec4(clamp(weighted_diffuse * factor, 0.0, HALF_MAX), 1.0);
+    out_specular = vec4(clamp(weighted_specular * factor, 0.0, HALF_MAX), 1.0);
     out_leaf = leaf + 1u;
 }

@@ -67,8 +67,10 @@ const CONTRAST_WEIGHT: f32 = 0.02;
 const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
 /// A child's square error against its parent's, where light is smooth.
 const CHILD: f32 = 1.0 / 16.0;
-/// Pixels of the smallest leaf with covered corners, against other leaves.
-const COVERED_PIXELS: f32 = 0.2;
+/// Contrast along an edge of a leaf that takes it for a hard shadow's.
+const HARD_CONTRAST: f32 = 0.4;
+/// Pixels of the smallest leaf across a hard edge, against other leaves.
+const HARD_PIXELS: f32 = 0.25;
 /// Rays that a new vertex costs, evaluation included.
 const VERTEX_COST: f32 = 16.0;
 
@@ -157,8 +159,9 @@ impl Judge<'_> {
     pub fn split_key(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
         let light = self.leaf(id);
-        // What lies under other geometry ends at a line: a leaf across it is refined until the line is a pixel wide.
-        let min_pixels = if light.covered { self.options.min_pixels * COVERED_PIXELS } else { self.options.min_pixels };
+        // A hard edge is a line: a leaf across it is refined until the line is a pixel wide.
+        let hard = light.covered || light.contrast > HARD_CONTRAST;
+        let min_pixels = self.options.min_pixels * if hard { HARD_PIXELS } else { 1.0 };
         if node.level >= MAX_LEVEL || node.work.pixels <= min_pixels {
             return 0.0;
         }

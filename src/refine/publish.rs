@@ -25,7 +25,8 @@ pub struct Published {
 
 /// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows what
 /// they know; beside a valid vertex it does not count.
-const COVERED_WEIGHT: f32 = 1e-4;
+/// The luminance pass relies on it (`LEAST_WEIGHT`): larger than what extrapolation by a raster step can make of 0.
+const COVERED_WEIGHT: f32 = 4e-3;
 
 impl Published {
     /// Whether a triangle was drawn by update `sequence` or earlier.
