@@ -48,6 +48,8 @@ pub struct Node {
 pub struct Work {
     /// Pixels it covers on screen: counted by the GPU, or a share of its parent's until then.
     pub pixels: f32,
+    /// Its share of the pixels of its face, by area.
+    pub share: f32,
     /// Expected square error of interpolation from its parent's surplus, luminance².
     pub surplus: f32,
     /// Generation of the camera that last saw it.

@@ -15,7 +15,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 /// Work of a frame under `--deterministic`, rays.
-const RAYS_A_FRAME: u64 = 100_000;
+const RAYS_A_FRAME: u64 = 20_000;
 
 /// Frames between a count of pixels and the engine hearing of it under `--deterministic`.
 const COUNTS_LAG: usize = 2;

@@ -164,7 +164,8 @@ impl Engine {
             for &leaf in &all[start..] {
                 let share = 0.25_f32.powi(i32::from(self.cache.topology.nodes[leaf.0].level));
                 let work = &mut self.cache.topology.nodes[leaf.0].work;
-                work.pixels = pixels as f32 * share;
+                work.share = pixels as f32 * share;
+                work.pixels = work.share;
                 work.generation = self.generation;
                 work.version += 1;
                 (work.accounted, work.light, work.error) = (0.0, 0.0, 0.0);

@@ -70,7 +70,7 @@ const CHILD: f32 = 1.0 / 16.0;
 /// Contrast along an edge of a leaf that takes it for a hard shadow's.
 const HARD_CONTRAST: f32 = 0.4;
 /// Pixels of the smallest leaf across a hard edge, against other leaves.
-const HARD_PIXELS: f32 = 0.25;
+const HARD_PIXELS: f32 = 0.02;
 /// Rays that a new vertex costs, evaluation included.
 const VERTEX_COST: f32 = 16.0;
 
@@ -79,6 +79,8 @@ const VERTEX_COST: f32 = 16.0;
 pub struct LeafLight {
     /// Mean shown luminance of the corners.
     pub mean: f32,
+    /// Least shown luminance of the corners.
+    pub least: f32,
     /// Largest difference of shown luminance along an edge.
     pub step: f32,
     /// Largest Michelson contrast along an edge; an edge with a covered end counts as one.
@@ -124,7 +126,8 @@ impl Judge<'_> {
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let interpolation = node.work.surplus + SURPLUS_TO_MSE * CHILD * unseen;
         let covered = covered.contains(&true) && covered.contains(&false);
-        LeafLight { mean, covered, step, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+        let least = shown.iter().fold(f32::INFINITY, |m, &v| m.min(v));
+        LeafLight { mean, least, covered, step, contrast, interpolation, noise: noise_gain * variance / 6.0 }
     }
 
     /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles, less
@@ -161,8 +164,11 @@ impl Judge<'_> {
         let light = self.leaf(id);
         // A hard edge is a line: a leaf across it is refined until the line is a pixel wide.
         let hard = light.covered || light.contrast > HARD_CONTRAST;
-        let min_pixels = self.options.min_pixels * if hard { HARD_PIXELS } else { 1.0 };
-        if node.level >= MAX_LEVEL || node.work.pixels <= min_pixels {
+        // One of the children of a leaf of one pixel has that pixel again: there the leaf's share of its face says how
+        // small it is.
+        let pixels = if node.work.pixels > 1.0 { node.work.pixels } else { node.work.pixels.min(node.work.share) };
+        let least = self.options.min_pixels * if hard { HARD_PIXELS } else { 1.0 };
+        if node.level >= MAX_LEVEL || pixels <= least {
             return 0.0;
         }
         if self.options.priority == Priority::Random {
@@ -172,7 +178,7 @@ impl Judge<'_> {
         // Below the tolerance nothing shows; a leaf that might hide a small shadow stays in the queue all the same.
         let unseen =
             if self.longest_edge(id) > self.options.shadow_size { self.hidden_shadow(light.mean) } else { 0.0 };
-        let error = (light.interpolation + unseen) * self.display_gain(light.mean);
+        let error = (light.interpolation + unseen) * self.display_gain(light.least);
         if error < (self.tolerance * self.mean).powi(2) {
             return 0.0;
         }
@@ -180,8 +186,8 @@ impl Judge<'_> {
         node.work.pixels * error / (1.0 + VERTEX_COST * new as f32)
     }
 
-    /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white can wait
-    /// (method 5).
+    /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white all over
+    /// can wait (method 5).
     fn display_gain(&self, luminance: f32) -> f32 {
         (1.0 + luminance / self.options.white).powi(-4)
     }

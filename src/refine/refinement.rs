@@ -221,6 +221,7 @@ impl Engine {
             for i in 0..4 {
                 let work = &mut self.cache.topology.nodes[f.first.0 + i].work;
                 work.pixels = parent.pixels * 0.25;
+                work.share = parent.share * 0.25;
                 work.generation = parent.generation;
                 work.surplus = surplus / 16.0;
             }
