@@ -227,10 +227,10 @@ impl Engine {
         self.publish()
     }
 
-    /// Whether nothing is left to do for this view.
+    /// Whether nothing is left to do for this view: an empty queue says so on the last rung of the ladder of tolerances only.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.first_visits.is_empty() && self.queue.is_empty()
+        self.first_visits.is_empty() && self.queue.is_empty() && self.tolerance <= self.options.tolerance
     }
 
     /// The leaves that the camera sees.

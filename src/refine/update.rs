@@ -1,8 +1,8 @@
 //! What the engine tells the GPU: values written, and patches of triangles to redraw.
 //!
 //! The unit of update is a *patch*: the leaves drawn last and the leaves to draw now, both tiling the same region of
-//! one face. A new value, a split, a changed hanging pattern and a merge are all patches; while refinement does not
-//! exist yet, a patch is one face with `old == new`.
+//! one face. A new value, a split and a changed hanging pattern are all patches; where values alone changed, a patch is one
+//! triangle with `old == new`.
 
 pub use crate::cache::dynamic::{Leaf, LeafId, SlotId};
 use crate::scene::FaceId;
