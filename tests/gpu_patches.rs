@@ -216,14 +216,14 @@ impl ByHand {
         update.patches.push(Patch { face, old: start..middle, new: middle..end });
     }
 
-    /// A quad of two faces, then: a leaf split, its neighbour split, the leaf's child split. What borders on a split leaf is
-    /// drawn through the new midpoint.
-    fn steps(&mut self, scene: &Scene, back: bool) -> [Update; 4] {
+    /// A quad of two faces, then: a leaf split, its neighbour split, the leaf's child split, all merged again. What borders on
+    /// a split leaf is drawn through the new midpoint.
+    fn steps(&mut self, scene: &Scene, back: bool) -> [Update; 5] {
         let [p, q] = [0, 1].map(|t| FaceId::new(TriangleId(t), back));
         let ([a, b, c], [_, _, d]) = (scene.corners(TriangleId(0)), scene.corners(TriangleId(1)));
         let mid = |x: Vec3, y: Vec3| (x + y) * 0.5;
         let (ab, bc, ca, cd, da) = (mid(a, b), mid(b, c), mid(c, a), mid(c, d), mid(d, a));
-        let mut steps: [Update; 4] = std::array::from_fn(|i| Update { sequence: i as u64 + 1, ..Update::default() });
+        let mut steps: [Update; 5] = std::array::from_fn(|i| Update { sequence: i as u64 + 1, ..Update::default() });
         self.patch(&mut steps[0], p, &[], &[[a, b, c]]); // leaf 0
         self.patch(&mut steps[0], q, &[], &[[a, c, d]]); // leaf 1
         let parts = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
@@ -233,13 +233,15 @@ impl ByHand {
         let [e, f, g] = [mid(a, ab), mid(ab, ca), mid(ca, a)];
         self.patch(&mut steps[3], p, &[2], &[[a, e, g], [e, ab, f], [g, f, ca], [e, f, g]]);
         self.patch(&mut steps[3], p, &[5], &[[ab, bc, f], [f, bc, ca]]);
-        self.patch(&mut steps[3], q, &[8], &[[a, g, da], [g, ca, da]]);
+        self.patch(&mut steps[3], q, &[8], &[[a, g, da], [g, ca, da]]); // 18, 19
+        self.patch(&mut steps[4], p, &[3, 4, 12, 13, 14, 15, 16, 17], &[[a, b, c]]);
+        self.patch(&mut steps[4], q, &[9, 10, 11, 18, 19], &[[a, c, d]]);
         steps
     }
 }
 
 #[test]
-fn a_leaf_its_neighbour_and_its_child_are_split() {
+fn a_leaf_its_neighbour_and_its_child_are_split_and_merged() {
     with_renderer(|renderer| {
         for (update_mode, number) in MODES.into_iter().flat_map(|mode| (0..3).map(move |n| (mode, n))) {
             let mut scene = empty_scene();
@@ -251,7 +253,7 @@ fn a_leaf_its_neighbour_and_its_child_are_split() {
             let mut hand = ByHand::default();
             let steps = hand.steps(&scene, back);
             let mut pixels = 0;
-            for shown in 1..=3 {
+            for shown in 1..=4 {
                 assert_eq!(show(renderer, &scene, 256, 200).len(), 2);
                 let draws = [full_redraw()].into_iter().chain(std::iter::repeat_n(patches(update_mode), shown));
                 for (step, draw) in steps.iter().zip(draws) {
