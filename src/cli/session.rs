@@ -68,6 +68,8 @@ struct Run {
     frames: u64,
     stats: EngineStats,
     generation: Option<u32>,
+    /// Whether anything was drawn since leaves were last counted.
+    uncounted: bool,
     /// Counts that the engine has not heard of yet.
     counted: VecDeque<Counted>,
     first_shown: Option<Instant>,
@@ -92,6 +94,7 @@ impl Session<'_> {
             frames: 0,
             stats: EngineStats::default(),
             generation: None,
+            uncounted: false,
             counted: VecDeque::new(),
             first_shown: None,
             complete_shown: None,
@@ -184,6 +187,7 @@ impl Session<'_> {
             queries: if self.pixel_counts() == PixelCounts::Query { QUERIES_A_FRAME } else { 0 },
         };
         let passes = self.renderer.frame(&options)?;
+        run.uncounted |= moved || passes.patches > 0;
         self.count(run, combine)?;
         let now = Instant::now();
         if combine {
@@ -207,7 +211,10 @@ impl Session<'_> {
         let Some(generation) = run.generation else { return Ok(()) };
         let deterministic = self.args.engine.deterministic;
         let pixels = match self.pixel_counts() {
-            PixelCounts::Histogram if combined || deterministic => Some(self.renderer.leaf_counts()?.leaves),
+            PixelCounts::Histogram if run.uncounted && (combined || deterministic) => {
+                run.uncounted = false;
+                Some(self.renderer.leaf_counts()?.leaves)
+            }
             PixelCounts::Query => Some(self.renderer.query_counts().to_vec()),
             PixelCounts::Histogram | PixelCounts::Off => None,
         };

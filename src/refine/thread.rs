@@ -130,8 +130,12 @@ fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Send
             Some(Command::View(visible)) => engine.set_visible(&visible),
             Some(Command::Counted(counted)) => {
                 engine.counted(&counted);
-                idle = pace == Pace::Stepped || engine.is_idle();
-                continue;
+                if pace == Pace::Stepped || engine.is_idle() {
+                    idle = true;
+                    continue;
+                }
+                // A batch between any two counts, or counts that come fast would leave no time for work.
+                engine.step(Budget::Time(BATCH))
             }
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(Budget::Time(BATCH)),
