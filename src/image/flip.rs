@@ -1,4 +1,4 @@
-//! FLIP: the difference that an eye sees when it flips between two displayed images [FLIP].
+//! FLIP: the difference that an eye sees when it flips between two displayed images \[FLIP].
 
 use super::tone_mapping;
 use crate::scene::Display;

@@ -1,4 +1,4 @@
-//! Light of a uniformly bright polygon at a point, in closed form [Lambert].
+//! Light of a uniformly bright polygon at a point, in closed form \[Lambert\].
 //!
 //! A polygon of radiance 1 seen from the origin sends the light vector D = ½ Σ Θ Γ, where Θ is the angle that an edge
 //! subtends and Γ the unit normal of the plane through edge and origin; n·D is the irradiance on a surface of normal n

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// Solid angle of the triangle `corner + s·edges[0] + t·edges[1]` seen from the origin, sr, after [vOS83]; unsigned.
+/// Solid angle of the triangle `corner + s·edges[0] + t·edges[1]` seen from the origin, sr, after \[vOS83\]; unsigned.
 #[must_use]
 pub fn solid_angle(corner: DVec3, edges: [DVec3; 2]) -> f64 {
     let (a, b, c) = (corner, corner + edges[0], corner + edges[1]);
@@ -15,7 +15,7 @@ pub fn solid_angle(corner: DVec3, edges: [DVec3; 2]) -> f64 {
 /// Smallest solid angle, and smallest distance from a full hemisphere, for which [`direction`] is trusted, sr.
 const TRUSTED: f64 = 1e-6;
 
-/// A direction (not normalised) uniform in the solid angle `omega` of the triangle [Arvo95]; strata of `u` ∈ [0, 1)² stay
+/// A direction (not normalised) uniform in the solid angle `omega` of the triangle \[Arvo95\]; strata of `u` ∈ [0, 1)² stay
 /// strata. `None` where the triangle is too small or too thin: then its points are as good as equally bright.
 #[must_use]
 pub fn direction(corner: DVec3, edges: [DVec3; 2], omega: f64, u: [f64; 2]) -> Option<DVec3> {
