@@ -233,3 +233,44 @@ fn a_view_that_returns_costs_no_ray() {
         assert_eq!(mirror.triangles(face).len(), first.triangles(face).len());
     }
 }
+
+/// Creased ground: no vertex, split or not, may end up behind a facet and turn black.
+#[test]
+fn creased_ground_keeps_its_light() {
+    let mut scene = Scene::default();
+    let grey = material(&mut scene, |_| {});
+    let n = 8;
+    let at = |i: i32, j: i32| {
+        let height = Sequence::new(3).point((i * (n + 1) + j) as u32)[0] * 0.25;
+        Vec3::new(i as f32 / 4.0 - 1.0, height, j as f32 / 4.0 - 1.0)
+    };
+    let mut ids = Vec::new();
+    for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+        ids.push(by_hand::triangle(&mut scene, [at(i, j), at(i, j + 1), at(i + 1, j + 1)], grey));
+        ids.push(by_hand::triangle(&mut scene, [at(i, j), at(i + 1, j + 1), at(i + 1, j)], grey));
+    }
+    let position = Vec3::new(0.2, 4.0, 0.1);
+    light(&mut scene, LightKind::Point { position, intensity: Vec3::ONE });
+    let bvh = Bvh::build(&scene);
+    let mirror = solve_pixels(&mut engine_with(scene.clone(), 2, refine(0)), &front(&ids), 400, Vec3::Y);
+    let (mut square, mut mean) = (0.0, 0.0);
+    for (k, &id) in (0_u32..).zip(&ids) {
+        for i in 0..8 {
+            let [u, v, ..] = Sequence::new(11).point(k * 8 + i);
+            let (b, c) = (u.sqrt() * (1.0 - v), u.sqrt() * v);
+            let [p, q, r] = scene.corners(id);
+            let x = p * (1.0 - b - c) + q * b + r * c;
+            let normal = scene.geometric_normal(id);
+            let d = position - x;
+            let ray = Ray { origin: x + normal * 1e-4, direction: d.normalize(), t_max: d.length() };
+            let lit = !bvh.occluded(&scene, &ray);
+            let exact = if lit { normal.dot(d).max(0.0) / d.length().powi(3) / PI } else { 0.0 };
+            let Some(shown) = mirror.diffuse_at(FaceId::new(id, false), x) else { continue };
+            square += f64::from(shown.x - exact).powi(2);
+            mean += f64::from(exact);
+        }
+    }
+    let samples = (ids.len() * 8) as f64;
+    let error = (square / samples).sqrt() / (mean / samples);
+    assert!(error < 0.06, "{error}");
+}

@@ -26,6 +26,8 @@ pub struct Vertex {
     inward: Vec3,
     /// Step off the surface.
     lift: f32,
+    /// Whether all facets around it have its normal.
+    flat: bool,
     /// First of its slots, linked through [`super::dynamic::SlotRecord::next`].
     pub first_slot: Option<SlotId>,
     /// Pixels of the visible faces around it, shared out over their corners.
@@ -51,6 +53,17 @@ pub struct Progress {
 const LIFT: [f32; 2] = [4e-6, 4e-5];
 const INWARD: [f32; 2] = [1e-5, 1e-3];
 
+/// Cosine of the angle up to which normals count as one.
+const FLAT: f32 = 1.0 - 1e-6;
+/// Largest step against the lift where facets are not all alike: they tilt by up to about 60° against the mean normal, and
+/// the step must not take the rays' origin behind any of them.
+const TILTED_STEP: f32 = 0.4;
+
+/// A tangential step, shortened where it could lead behind a tilted facet.
+fn above_facets(step: f32, lift: f32, flat: bool) -> f32 {
+    if flat { step } else { step.min(lift * TILTED_STEP) }
+}
+
 impl Vertex {
     /// A base vertex. Its rays start off the surface and a little towards the inside of its facets, so that a vertex on
     /// the edge of a wall sees what its surface sees and not the wall it touches (method 3, validity).
@@ -61,12 +74,15 @@ impl Vertex {
         let offset = group.centroid - position;
         let offset = offset - normal * offset.dot(normal);
         let step = (group.size * 0.02).clamp(diagonal * INWARD[0], diagonal * INWARD[1]).min(offset.length() * 0.25);
+        let lift = (group.size * 0.01).clamp(diagonal * LIFT[0], diagonal * LIFT[1]);
+        let flat = group.facets.iter().all(|&f| scene.geometric_normal(f).dot(group.normal) > FLAT);
         Self {
             key: name.key(scene),
             position,
             normal,
-            inward: offset.normalize_or_zero() * step,
-            lift: (group.size * 0.01).clamp(diagonal * LIFT[0], diagonal * LIFT[1]),
+            inward: offset.normalize_or_zero() * above_facets(step, lift, flat),
+            lift,
+            flat,
             first_slot: None,
             pixels: 0.0,
             progress: Progress::default(),
@@ -81,12 +97,16 @@ impl Vertex {
         let inward = inward - normal * inward.dot(normal);
         let step = inward.length();
         let least = (diagonal * INWARD[0]).min(step * 4.0);
+        let lift = ((a.lift + b.lift) * 0.25).max(diagonal * LIFT[0]);
+        // The facets between two flat vertices of one normal have that normal as well.
+        let flat = a.flat && b.flat && a.normal.dot(b.normal) > FLAT;
         Self {
             key: combine(a.key.min(b.key), a.key.max(b.key)),
             position: (a.position + b.position) * 0.5,
             normal,
-            inward: inward.normalize_or_zero() * step.max(least),
-            lift: ((a.lift + b.lift) * 0.25).max(diagonal * LIFT[0]),
+            inward: inward.normalize_or_zero() * above_facets(step.max(least), lift, flat),
+            lift,
+            flat,
             first_slot: None,
             pixels: 0.0,
             progress: Progress::default(),
