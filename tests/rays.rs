@@ -90,3 +90,29 @@ fn an_empty_scene_and_coincident_triangles_are_no_trouble() {
     let hit = bvh.closest(&scene, &ray).expect("the patch is in the way");
     assert!((hit.t - 1.0).abs() < 1e-6 && hit.back);
 }
+
+/// obvhs has an absolute tolerance; scenes have none.
+#[test]
+fn hits_do_not_depend_on_the_scale_of_the_scene() {
+    for exponent in [-8, -6, -5, -4, -3, -2, 0, 3, 6, 8] {
+        let scale = 10_f32.powi(exponent);
+        let mut scene = Scene::default();
+        let grey = material(&mut scene, |_| {});
+        patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0) * scale, Vec3::Z * 2.0 * scale, Vec3::X * 2.0 * scale, 8, grey);
+        patch(&mut scene, Vec3::new(-0.5, 0.5, -0.5) * scale, Vec3::Z * scale, Vec3::X * scale, 4, grey);
+        let bvh = Bvh::build(&scene);
+        let (mut hits, mut differ) = (0, 0);
+        for ray in rays(2000) {
+            let ray = Ray { origin: (ray.origin - 0.5) * scale, t_max: 10.0 * scale, ..ray };
+            let (found, expected) = (bvh.closest(&scene, &ray), closest_by_brute_force(&scene, &ray));
+            hits += u32::from(expected.is_some());
+            let same = match (found, expected) {
+                (Some(a), Some(b)) => a.triangle == b.triangle && (a.t - b.t).abs() < 1e-4 * scale,
+                (None, None) => true,
+                _ => false,
+            };
+            differ += u32::from(!same || bvh.occluded(&scene, &ray) != expected.is_some());
+        }
+        assert!(hits > 300 && differ <= 2, "scale 1e{exponent}: {differ} of {hits} differ");
+    }
+}

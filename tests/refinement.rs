@@ -274,3 +274,43 @@ fn creased_ground_keeps_its_light() {
     let error = (square / samples).sqrt() / (mean / samples);
     assert!(error < 0.06, "{error}");
 }
+
+/// The ladder of tolerances is climbed down to its end however small the batches: an empty queue on an upper rung is no end.
+#[test]
+fn small_batches_end_on_the_same_rung() {
+    let run = |rays| {
+        let mut scene = Scene::default();
+        let ids = floor(&mut scene);
+        light(&mut scene, LightKind::Point { position: Vec3::new(0.2, 0.6, 0.1), intensity: Vec3::ONE });
+        let options = Options { tolerance: 1e-4, shadow_size: 10.0, min_pixels: 0.0, ..refine(0) };
+        let mut engine = engine_with(scene, 1, options);
+        let mut mirror = Mirror::default();
+        let faces = front(&ids).iter().map(|&f| (f, 30_000)).collect();
+        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, faces }));
+        while !mirror.last.stats.converged {
+            mirror.apply(engine.step(Budget::Rays(rays)));
+            engine.counted(&drawn(&mirror));
+        }
+        mirror.last.stats.estimated_error.expect("all is known")
+    };
+    let (small, large) = (run(1), run(1_000_000));
+    assert!(small < 1.1 * large && large < 1.1 * small, "{small} {large}");
+}
+
+/// An engine whose updates nobody takes waits, and does not keep the program from ending.
+#[test]
+fn a_waiting_engine_can_be_dropped() {
+    use penombre::refine::thread::{EngineThread, Pace};
+    let mut scene = Scene::default();
+    let ids = floor(&mut scene);
+    lamp_and_blocker(&mut scene);
+    let options = Options { min_pixels: 0.0, tolerance: 1e-6, ..refine(0) };
+    let thread = EngineThread::spawn(Pace::Free, move || engine_with(scene, 1, options)).expect("thread");
+    let faces = front(&ids).iter().map(|&f| (f, 1_000_000)).collect();
+    thread.set_visible(Visible { generation: 1, eye: Vec3::Y, faces });
+    std::thread::sleep(std::time::Duration::from_millis(600));
+    let waiting = thread.drain().expect("alive").len();
+    assert!((2..=65).contains(&waiting), "{waiting} updates waited");
+    std::thread::sleep(std::time::Duration::from_millis(600));
+    drop(thread);
+}

@@ -76,17 +76,8 @@ impl Vertex {
         let step = (group.size * 0.02).clamp(diagonal * INWARD[0], diagonal * INWARD[1]).min(offset.length() * 0.25);
         let lift = (group.size * 0.01).clamp(diagonal * LIFT[0], diagonal * LIFT[1]);
         let flat = group.facets.iter().all(|&f| scene.geometric_normal(f).dot(group.normal) > FLAT);
-        Self {
-            key: name.key(scene),
-            position,
-            normal,
-            inward: offset.normalize_or_zero() * above_facets(step, lift, flat),
-            lift,
-            flat,
-            first_slot: None,
-            pixels: 0.0,
-            progress: Progress::default(),
-        }
+        let inward = offset.normalize_or_zero() * above_facets(step, lift, flat);
+        Self { position, normal, inward, lift, flat, ..Self::unsampled(name.key(scene)) }
     }
 
     /// The midpoint of the edge between two vertices, the same whichever comes first. Steps halve with the edge.
@@ -100,13 +91,21 @@ impl Vertex {
         let lift = ((a.lift + b.lift) * 0.25).max(diagonal * LIFT[0]);
         // The facets between two flat vertices of one normal have that normal as well.
         let flat = a.flat && b.flat && a.normal.dot(b.normal) > FLAT;
+        let position = (a.position + b.position) * 0.5;
+        let inward = inward.normalize_or_zero() * above_facets(step.max(least), lift, flat);
+        let key = combine(a.key.min(b.key), a.key.max(b.key));
+        Self { position, normal, inward, lift, flat, ..Self::unsampled(key) }
+    }
+
+    /// A vertex of which nothing but the name is known.
+    fn unsampled(key: u64) -> Self {
         Self {
-            key: combine(a.key.min(b.key), a.key.max(b.key)),
-            position: (a.position + b.position) * 0.5,
-            normal,
-            inward: inward.normalize_or_zero() * above_facets(step.max(least), lift, flat),
-            lift,
-            flat,
+            key,
+            position: Vec3::ZERO,
+            normal: Vec3::Y,
+            inward: Vec3::ZERO,
+            lift: 0.0,
+            flat: false,
             first_slot: None,
             pixels: 0.0,
             progress: Progress::default(),

@@ -84,8 +84,8 @@ impl Summary {
     pub fn line(&self, estimated_error: Option<f32>) -> String {
         let ended = self.ended_by.as_deref().unwrap_or("done");
         let total = self.times.total.unwrap_or(0.0);
-        let noise = estimated_error.map_or_else(String::new, |e| format!(", noise {:.2} %", e * 100.0));
-        format!("{total:.2} s, {} frames, {} rays{noise} ({ended})", self.frames, self.rays)
+        let error = estimated_error.map_or_else(String::new, |e| format!(", estimated error {:.2} %", e * 100.0));
+        format!("{total:.2} s, {} frames, {} rays{error} ({ended})", self.frames, self.rays)
     }
 
     /// What `-v` adds: the device and where the time went.

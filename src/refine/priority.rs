@@ -81,8 +81,6 @@ pub struct LeafLight {
     pub mean: f32,
     /// Least shown luminance of the corners.
     pub least: f32,
-    /// Largest difference of shown luminance along an edge.
-    pub step: f32,
     /// Largest Michelson contrast along an edge; an edge with a covered end counts as one.
     pub contrast: f32,
     /// Whether some of the corners are covered by other geometry, and some are not.
@@ -111,13 +109,12 @@ impl Judge<'_> {
         let (shown, covered) = self.corners(id);
         let node = &self.cache.topology.nodes[id.0];
         let mean = shown.iter().sum::<f32>() / 3.0;
-        let (mut step, mut contrast) = (0.0_f32, 0.0_f32);
+        let mut contrast = 0.0_f32;
         for i in 0..3 {
             let (a, b) = (shown[i], shown[(i + 1) % 3]);
             if covered[i] != covered[(i + 1) % 3] {
-                (step, contrast) = (step.max(mean), 1.0);
+                contrast = 1.0;
             } else {
-                step = step.max((a - b).abs());
                 contrast = contrast.max(if a + b > 0.0 { (a - b).abs() / (a + b) } else { 0.0 });
             }
         }
@@ -127,7 +124,7 @@ impl Judge<'_> {
         let interpolation = node.work.surplus + SURPLUS_TO_MSE * CHILD * unseen;
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = shown.iter().fold(f32::INFINITY, |m, &v| m.min(v));
-        LeafLight { mean, least, covered, step, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+        LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
     }
 
     /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles, less

@@ -3,7 +3,7 @@
 use super::engine::{Budget, Counted, Engine, Visible};
 use super::nice::lower_priority;
 use super::update::Update;
-use crossbeam_channel::{Receiver, Sender, TryRecvError, unbounded};
+use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -30,10 +30,13 @@ pub enum Pace {
 /// Length of a batch: short against a frame, long against the cost of handing it over.
 const BATCH: Duration = Duration::from_millis(4);
 
+/// Updates that may wait to be taken: a frame loop that falls further behind makes the engine wait.
+const WAITING: usize = 64;
+
 /// A running engine. Dropping it stops the thread after its present batch.
 pub struct EngineThread {
     commands: Option<Sender<Command>>,
-    updates: Receiver<Update>,
+    updates: Option<Receiver<Update>>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -44,12 +47,12 @@ impl EngineThread {
     /// If the system gives no thread.
     pub fn spawn(pace: Pace, build: impl FnOnce() -> Engine + Send + 'static) -> std::io::Result<Self> {
         let (commands, inbox) = unbounded();
-        let (outbox, updates) = unbounded();
+        let (outbox, updates) = bounded(WAITING);
         let thread = std::thread::Builder::new().name("penombre-engine".to_owned()).spawn(move || {
             lower_priority();
             run(&mut build(), pace, &inbox, &outbox);
         })?;
-        Ok(Self { commands: Some(commands), updates, thread: Some(thread) })
+        Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread) })
     }
 
     /// Sends a new view. A stopped engine is noticed by [`Self::drain`].
@@ -77,9 +80,10 @@ impl EngineThread {
     /// The updates that have arrived, without waiting; `None` if the engine has died.
     #[must_use]
     pub fn drain(&self) -> Option<Vec<Update>> {
+        let inbox = self.updates.as_ref()?;
         let mut updates = Vec::new();
         loop {
-            match self.updates.try_recv() {
+            match inbox.try_recv() {
                 Ok(update) => updates.push(update),
                 Err(TryRecvError::Empty) => return Some(updates),
                 Err(TryRecvError::Disconnected) => return None,
@@ -90,19 +94,21 @@ impl EngineThread {
     /// The next update, waiting for it; `None` if the engine has died.
     #[must_use]
     pub fn wait(&self) -> Option<Update> {
-        self.updates.recv().ok()
+        self.updates.as_ref()?.recv().ok()
     }
 
     /// The next update if one arrives within `timeout`.
     #[must_use]
     pub fn wait_for(&self, timeout: Duration) -> Option<Update> {
-        self.updates.recv_timeout(timeout).ok()
+        self.updates.as_ref()?.recv_timeout(timeout).ok()
     }
 }
 
 impl Drop for EngineThread {
     fn drop(&mut self) {
+        // Both ends: the engine may be waiting to hand an update over.
         self.commands = None;
+        self.updates = None;
         if let Some(thread) = self.thread.take() {
             // A panic of the engine has been reported by the panic hook.
             let _ = thread.join();
