@@ -1,5 +1,6 @@
-//! Colour luminance, hashing for seeds, sampling sequences, light of polygons, spherical triangles.
+//! Colour luminance, hashing for seeds, sampling sequences, hemispheres, light of polygons, spherical triangles.
 
+pub mod hemisphere;
 pub mod phong_polygon;
 pub mod polygon;
 pub mod sequence;

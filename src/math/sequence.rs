@@ -1,6 +1,8 @@
 //! Low-discrepancy points: Owen-scrambled Sobol (crate `sobol_burley`), so that any prefix is stratified and rounds
 //! can go on where the last one stopped.
 
+use super::combine;
+
 /// Points of a scrambled sequence fixed by a seed.
 #[derive(Clone, Copy, Debug)]
 pub struct Sequence {
@@ -29,6 +31,16 @@ impl Sequence {
         let generation = index / LENGTH;
         let seed = self.seed ^ generation.wrapping_mul(0x9e37_79b9);
         sobol_burley::sample_4d(index % LENGTH, set, seed)
+    }
+
+    /// Two numbers in [0, 1) that depend on no other index: for choices that hang on what earlier points found, which the
+    /// points of the sequence itself, since they avoid each other, would bias.
+    #[must_use]
+    pub const fn independent(&self, index: u32) -> [f32; 2] {
+        // 24 bits each: all that f32 holds below 1.
+        const STEP: f32 = 1.0 / (1 << 24) as f32;
+        let bits = combine(self.seed as u64, index as u64);
+        [(bits >> 40) as f32 * STEP, (bits >> 8 & 0xff_ffff) as f32 * STEP]
     }
 }
 

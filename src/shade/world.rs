@@ -3,7 +3,7 @@
 use super::lights::{Arrival, Lights};
 use crate::geom::Ray;
 use crate::geom::bvh::Bvh;
-use crate::math::{combine, sequence::Sequence};
+use crate::math::{combine, hemisphere::Density, sequence::Sequence};
 use crate::scene::Scene;
 use glam::Vec3;
 
@@ -95,8 +95,6 @@ impl<'a> World<'a> {
     /// Directions spread over the hemisphere by cosine.
     fn probe_direction(&self, site: &Site, index: u32) -> Vec3 {
         let [u, v, ..] = self.sequence(site, u32::MAX).point(index);
-        let (radius, angle) = (u.sqrt(), v * std::f32::consts::TAU);
-        let (x, y) = site.normal.any_orthonormal_pair();
-        x * (radius * angle.cos()) + y * (radius * angle.sin()) + site.normal * (1.0 - u).sqrt()
+        Density::Cosine.direction(site.normal, [u, v])
     }
 }
