@@ -137,3 +137,86 @@ impl LightVector {
 pub fn stratification_gain(n: u32) -> f32 {
     (n.max(1) as f32).powf(-0.3)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimate::hemisphere::{Method, gather};
+    use crate::math::sequence::Sequence;
+    use std::f32::consts::PI;
+
+    /// What is gathered about Z in the light of `radiance`.
+    fn gathered(rays: u32, radiance: impl Fn(Vec3) -> Vec3) -> LightVector {
+        let mut vector = LightVector::default();
+        let sink = |sample| vector.push(Vec3::Z, &sample);
+        gather(Method::Stratified, &[Vec3::Z], 0..rays, &Sequence::new(11), |_, direction| radiance(direction), sink);
+        vector
+    }
+
+    #[test]
+    fn nothing_gathered_is_dark_and_uncertain() {
+        let empty = LightVector::default();
+        assert_eq!((empty.irradiance(), empty.samples()), (Vec3::ZERO, 0));
+        assert_eq!(empty.specular(Vec3::Z, Vec3::Z, 50.0), Vec3::ZERO);
+        assert!(empty.variance_of_mean().is_infinite() && empty.sharpness() == 0.0);
+        assert!(size_of::<LightVector>() <= 64);
+    }
+
+    /// In a furnace E = πL and r = 1/2; the lobe's integral is L, of which the Gaussians find 84 to 94 %.
+    #[test]
+    fn furnace() {
+        let colour = Vec3::new(2.0, 1.0, 0.5);
+        let light = gathered(1 << 14, |_| colour);
+        // f32 sums of 16,384 terms.
+        assert!((light.irradiance() / (PI * colour) - 1.0).abs().max_element() < 5e-4);
+        assert!((light.concentration() - 0.5).abs() < 2e-3, "{}", light.concentration());
+        assert!((light.vector().z / luminance(light.irradiance()) - 1.0).abs() < 5e-4);
+        assert!((light.fluence() / (2.0 * PI * luminance(colour)) - 1.0).abs() < 4e-3, "{}", light.fluence());
+        assert!(light.variance_of_mean() < 1e-6);
+        for shininess in [5.0, 10.0, 20.0, 50.0, 200.0] {
+            let share = light.specular(Vec3::Z, Vec3::Z, shininess) / colour;
+            assert!(share.min_element() > 0.83 && share.max_element() < 0.95, "{shininess}: {share}");
+        }
+    }
+
+    /// Light from one direction reflects as the Phong lobe itself, near its axis.
+    #[test]
+    fn a_single_direction() {
+        let direction = Vec3::new(0.6, 0.0, 0.8);
+        let mut light = LightVector::default();
+        light.push(Vec3::Z, &Sample { direction, radiance: Vec3::splat(3.0), weight: 0.5 });
+        assert!((light.irradiance().x - 3.0 * 0.5 * 0.8).abs() < 1e-6);
+        assert!(light.concentration() > 0.999 && light.sharpness() > 1e4);
+        for shininess in [20.0, 100.0] {
+            for off in [0.0_f32, 0.05, 0.1] {
+                let turned = 0.6_f32.asin() + off;
+                let to_eye = Vec3::new(-turned.sin(), 0.0, turned.cos());
+                let exact = crate::shade::phong::lobe(shininess, Vec3::Z, direction, to_eye);
+                let found = light.specular(Vec3::Z, to_eye, shininess).x / light.irradiance().x;
+                assert!((found / exact - 1.0).abs() < 0.06, "{shininess}, {off}: {found} {exact}");
+            }
+        }
+    }
+
+    /// Sharpness against the lobe it was fitted to: the mean of exp(κ cos) has length coth κ − 1/κ.
+    #[test]
+    fn sharpness_gives_the_concentration_back() {
+        for r in [0.2_f32, 0.5, 0.8, 0.95] {
+            let light = LightVector { vector: Vec3::Z * r, fluence: 1.0, samples: 1, ..LightVector::default() };
+            let kappa = light.sharpness();
+            assert!((kappa.tanh().recip() - kappa.recip() - r).abs() < 0.015, "{r}: {kappa}");
+        }
+    }
+
+    /// Below the horizon of the normal there is no light, but the sample counts.
+    #[test]
+    fn light_from_below_is_dark() {
+        let mut light = LightVector::default();
+        let sample = |z: f32| Sample { direction: Vec3::Z * z, radiance: Vec3::ONE, weight: 2.0 };
+        light.push(Vec3::Z, &sample(-1.0));
+        light.push(Vec3::Z, &sample(1.0));
+        assert_eq!((light.samples(), light.irradiance().x, light.fluence()), (2, 1.0, 1.0));
+        // Samples 0 and 2: variance 2, of the mean 1 if they were independent.
+        assert!((light.variance_of_mean() - stratification_gain(2)).abs() < 1e-6);
+    }
+}
