@@ -10,6 +10,7 @@
 //! - [`cache`]: vertices, their samples a light, the dynamic mesh
 //! - [`refine`]: the engine thread that owns the cache
 //! - [`mod@reference`]: the brute-force yardstick, no cache
+//! - [`bench`]: measurements of the rest
 //! - [`vk`]: Vulkan objects with owners; [`pass`]: the frame
 //! - [`image`]: film, EXR, PNG, tone mapping, metrics; [`log`]: frame log
 //! - [`cli`]: one file a subcommand
@@ -17,6 +18,7 @@
 //! Dependencies point one way: `math ← scene ← geom ← shade ← estimate ← cache ← refine` and `vk ← pass`; `pass` reads
 //! `refine::update` and never the cache; nothing in the first chain names `ash`. `tests/layers.rs` holds the rule.
 
+pub mod bench;
 pub mod cache;
 pub mod cli;
 pub mod error;

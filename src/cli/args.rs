@@ -23,6 +23,7 @@ Examples:
   penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
   penombre reference scene.toml -o ref.exr --direct-only --filter point
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
+  penombre bench scene.toml
   penombre info
 
 Exit status:
@@ -48,6 +49,8 @@ pub enum Command {
     Reference(ReferenceArgs),
     /// Measure how far an image is from a reference
     Diff(DiffArgs),
+    /// Measure speeds of rays, and errors of the hemisphere methods
+    Bench(BenchArgs),
     /// List the Vulkan devices, what each lacks, and the formats that would be used
     Info(InfoArgs),
 }
@@ -310,6 +313,29 @@ pub struct LimitArgs {
     /// Mean of A − B, whatever its sign
     #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
     pub max_mean_shift: Option<f64>,
+}
+
+/// Options of `bench`.
+#[derive(Args, Debug)]
+pub struct BenchArgs {
+    /// Scene file (.toml) or bare .obj [default: scenes/cornell_box/cornell_box.toml]
+    #[arg(value_name = "SCENE")]
+    pub scene: Option<PathBuf>,
+    /// Camera of the scene file [default: the first]
+    #[arg(long, value_name = "NAME")]
+    pub camera: Option<String>,
+    /// Print the figures as JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Threads that measure errors; speeds are those of one [default: all cores]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=256))]
+    pub threads: Option<u32>,
+    /// Seed of all random choices
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0)]
+    pub seed: u64,
+    /// How much is said.
+    #[command(flatten)]
+    pub verbosity: VerbosityArgs,
 }
 
 /// Options of `info`.

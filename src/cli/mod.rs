@@ -1,6 +1,7 @@
 //! The command line: arguments and one file a subcommand.
 
 pub mod args;
+pub mod bench;
 pub mod diff;
 pub mod info;
 pub mod interrupt;
@@ -76,6 +77,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
             reference::run(args)
         }
         Command::Diff(args) => diff::run(args),
+        Command::Bench(args) => bench::run(args),
         Command::Info(args) => info::run(args),
     }
 }

@@ -48,16 +48,18 @@ impl Workers {
     }
 }
 
-/// CPU time of the calling thread.
+/// CPU time of the calling thread, nanoseconds from some start.
 #[cfg(unix)]
-fn thread_nanoseconds() -> u64 {
+#[must_use]
+pub fn thread_nanoseconds() -> u64 {
     let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 
 /// Wall time stands in for CPU time where the system has no such clock in reach.
 #[cfg(not(unix))]
-fn thread_nanoseconds() -> u64 {
+#[must_use]
+pub fn thread_nanoseconds() -> u64 {
     static START: std::sync::OnceLock<std::time::Instant> = std::sync::OnceLock::new();
     START.get_or_init(std::time::Instant::now).elapsed().as_nanos() as u64
 }

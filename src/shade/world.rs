@@ -20,6 +20,22 @@ pub struct Site {
     pub normal: Vec3,
 }
 
+impl Site {
+    /// The ray that must be free for the light of `arrival` to be seen: it starts at the nudged origin and aims at the same
+    /// point of the light as from the position itself.
+    #[must_use]
+    pub fn ray_to(&self, arrival: &Arrival) -> Ray {
+        let origin = self.origin;
+        if arrival.distance.is_infinite() {
+            return Ray { origin, direction: arrival.direction, t_max: f32::INFINITY };
+        }
+        let offset = self.position + arrival.direction * arrival.distance - origin;
+        let length = offset.length();
+        // Short of the light, whose own surface must not hide it.
+        Ray { origin, direction: offset / length, t_max: length * (1.0 - 1e-4) }
+    }
+}
+
 /// The immutable part of the world.
 #[derive(Clone, Copy)]
 pub struct World<'a> {
@@ -54,21 +70,10 @@ impl<'a> World<'a> {
         Sequence::new(combine(combine(self.seed, site.key), u64::from(light)))
     }
 
-    /// Whether the light of `arrival`, seen from the vertex, is unoccluded. Rays start at the vertex's nudged origin and
-    /// aim at the same point of the light.
+    /// Whether the light of `arrival`, seen from the vertex, is unoccluded.
     #[must_use]
     pub fn visible(&self, site: &Site, arrival: &Arrival) -> bool {
-        let origin = site.origin;
-        let ray = if arrival.distance.is_finite() {
-            let target = site.position + arrival.direction * arrival.distance;
-            let offset = target - origin;
-            let length = offset.length();
-            // Short of the light, whose own surface must not hide it.
-            Ray { origin, direction: offset / length, t_max: length * (1.0 - 1e-4) }
-        } else {
-            Ray { origin, direction: arrival.direction, t_max: f32::INFINITY }
-        };
-        !self.bvh.occluded(self.scene, &ray)
+        !self.bvh.occluded(self.scene, &site.ray_to(arrival))
     }
 
     /// Whether the vertex is covered by other geometry, so that its light is not its surface's: something lies on it

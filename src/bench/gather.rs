@@ -1,0 +1,151 @@
+//! Errors of the hemisphere methods against rays, at places that a camera sees.
+
+use super::Step;
+use super::surface::{reflected, seen};
+use crate::estimate::hemisphere::{Method, gather};
+use crate::estimate::light_vector::LightVector;
+use crate::geom::Ray;
+use crate::math::{combine, luminance, sequence::Sequence};
+use crate::scene::camera::View;
+use crate::shade::world::{Site, World};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// What a gather ray finds at its hit: light of the first bounce.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Hits {
+    /// The same each time, as from a cache.
+    Fixed,
+    /// One random shadow ray.
+    Random,
+}
+
+/// All errors measured.
+#[derive(Clone, Debug, Serialize)]
+pub struct Study {
+    /// Places.
+    pub points: usize,
+    /// Rays a place behind the truth: stratified ones.
+    pub truth_rays: u32,
+    /// A row for each method, allowance of rays and kind of hits.
+    pub errors: Vec<Errors>,
+}
+
+/// Errors of one method. They are of the luminance of the irradiance, relative to its mean over all places.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Errors {
+    /// Name of the method.
+    pub method: &'static str,
+    /// What rays find.
+    pub hits: Hits,
+    /// Rays that a place was allowed.
+    pub allowed: u32,
+    /// Rays that it took on average.
+    pub rays: f64,
+    /// Root of the mean square error.
+    pub rmse: f64,
+    /// Mean error.
+    pub bias: f64,
+    /// Standard error of `bias`.
+    pub bias_error: f64,
+    /// What [`LightVector::variance_of_mean`] expected `rmse` to be; only where it is meant to hold.
+    pub expected: Option<f64>,
+}
+
+const POINTS: u32 = 512;
+const TRUTH: u32 = 1 << 16;
+/// Rays allowed.
+const ALLOWED: [u32; 4] = [16, 64, 256, 1024];
+/// Gathers a place and row.
+const REPETITIONS: u64 = 2;
+
+/// Measures all rows, on the current thread pool. `None` if it was broken off.
+pub fn measure(world: &World<'_>, view: &View, step: &Step<'_>) -> Option<Study> {
+    let sites = seen(world, view, POINTS);
+    let mut errors = Vec::new();
+    for hits in [Hits::Fixed, Hits::Random] {
+        let truths = truths(world, &sites, hits, step)?;
+        for (name, method) in Method::NAMES {
+            for allowed in ALLOWED {
+                if !step(&format!("hemisphere method {name}, {allowed} rays")) {
+                    return None;
+                }
+                errors.push(row(world, &sites, &truths, hits, (name, method), allowed));
+            }
+        }
+    }
+    Some(Study { points: sites.len(), truth_rays: TRUTH, errors })
+}
+
+/// Luminance of the irradiance at each place.
+fn truths(world: &World<'_>, sites: &[Site], hits: Hits, step: &Step<'_>) -> Option<Vec<f64>> {
+    let done = std::sync::atomic::AtomicUsize::new(0);
+    let truth = |site: &Site| {
+        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+        step(&format!("truth of place {count} of {}", sites.len())).then(|| {
+            let (vector, _) = gather_at(world, site, hits, Method::Stratified, TRUTH, u64::MAX);
+            f64::from(luminance(vector.irradiance()))
+        })
+    };
+    sites.par_iter().map(truth).collect()
+}
+
+/// A gather from a place, and the rays that it took.
+fn gather_at(
+    world: &World<'_>,
+    site: &Site,
+    hits: Hits,
+    method: Method,
+    allowed: u32,
+    seed: u64,
+) -> (LightVector, u32) {
+    let sequence = Sequence::new(combine(combine(world.seed, site.key), seed));
+    let mut vector = LightVector::default();
+    let radiance = |index, direction| {
+        let ray = Ray { origin: site.origin, direction, t_max: f32::INFINITY };
+        let [_, _, u, v] = sequence.point(index);
+        let [pick, ..] = sequence.point_of_set(index, 1);
+        let random = if hits == Hits::Random { [u, v, pick] } else { [0.5; 3] };
+        world.bvh.closest(world.scene, &ray).map_or_else(Default::default, |hit| reflected(world, &hit, random))
+    };
+    let sink = |sample| vector.push(site.normal, &sample);
+    let gathered = gather(method, &[site.normal], 0..allowed, &sequence, radiance, sink);
+    (vector, gathered.rays)
+}
+
+/// What one gather did: error, expected square error, rays.
+type Trial = (f64, f64, u32);
+
+fn row(
+    world: &World<'_>,
+    sites: &[Site],
+    truths: &[f64],
+    hits: Hits,
+    (name, method): (&'static str, Method),
+    allowed: u32,
+) -> Errors {
+    let trial = |(site, truth): (&Site, &f64)| -> [Trial; REPETITIONS as usize] {
+        std::array::from_fn(|seed| {
+            let (vector, rays) = gather_at(world, site, hits, method, allowed, seed as u64);
+            let error = f64::from(luminance(vector.irradiance())) - truth;
+            (error, f64::from(vector.variance_of_mean()), rays)
+        })
+    };
+    let trials: Vec<Trial> = sites.par_iter().zip(truths).flat_map_iter(trial).collect();
+    let count = trials.len() as f64;
+    let mean = |value: &dyn Fn(&Trial) -> f64| trials.iter().map(value).sum::<f64>() / count;
+    let scale = truths.iter().sum::<f64>() / truths.len() as f64;
+    let (bias, square) = (mean(&|t| t.0), mean(&|t| t.0 * t.0));
+    let expected = (method == Method::Stratified).then(|| mean(&|t| t.1).sqrt() / scale);
+    Errors {
+        method: name,
+        hits,
+        allowed,
+        rays: mean(&|t| f64::from(t.2)),
+        rmse: square.sqrt() / scale,
+        bias: bias / scale,
+        bias_error: ((square - bias * bias) / (count - 1.0)).sqrt() / scale,
+        expected,
+    }
+}
