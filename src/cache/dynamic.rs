@@ -1,5 +1,6 @@
 //! The cache as a whole, and the dynamic mesh: what is drawn, as slots (values at vertices) and leaves (triangles).
 
+use super::indirect::IndirectLayer;
 use super::layer::Layer;
 use super::pool::Pool;
 use super::topology::{Node, NodeId, Topology};
@@ -29,6 +30,11 @@ pub struct Leaf {
     pub level: u8,
 }
 
+/// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows what
+/// they know; beside a valid vertex it does not count.
+/// The luminance pass relies on it (`LEAST_WEIGHT`): larger than what extrapolation by a raster step can make of 0.
+pub const COVERED_WEIGHT: f32 = 4e-3;
+
 /// One shading normal (and exponent) of a vertex, with the luminance shown there.
 #[derive(Clone, Copy, Debug)]
 pub struct SlotRecord {
@@ -40,16 +46,44 @@ pub struct SlotRecord {
     pub normal: Vec3,
     /// Phong exponent where the surface is glossy.
     pub shininess: Option<f32>,
-    /// Diffuse luminance D last published.
+    /// Direct light.
+    pub direct: Light,
+    /// Indirect light.
+    pub indirect: Light,
+    /// First leaf corner that uses it, `leaf * 3 + corner`, linked through [`LeafRecord::next_use`].
+    first_use: Option<u32>,
+    /// The slots at the ends of the edge that it is the middle of, whose mean predicts it.
+    pub ends: Option<[SlotId; 2]>,
+    /// First slot that lies between this one and another, `slot * 2 + end`, linked through `next_between`.
+    first_between: Option<u32>,
+    next_between: [Option<u32>; 2],
+}
+
+/// Luminance at a slot from the lights or from everything else.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Light {
+    /// Diffuse luminance D, W·sr⁻¹·m⁻².
     pub diffuse: Vec3,
-    /// Specular luminance S last published.
+    /// Specular luminance S for the present camera, W·sr⁻¹·m⁻².
     pub specular: Vec3,
     /// Variance of the luminance of D.
     pub variance: f32,
-    /// Whether it has a value at all.
+    /// Whether there is a value at all.
     pub known: bool,
-    /// First leaf corner that uses it, `leaf * 3 + corner`, linked through [`LeafRecord::next_use`].
-    first_use: Option<u32>,
+}
+
+impl SlotRecord {
+    /// Diffuse luminance of all light.
+    #[must_use]
+    pub fn diffuse(&self) -> Vec3 {
+        self.direct.diffuse + self.indirect.diffuse
+    }
+
+    /// Specular luminance of all light.
+    #[must_use]
+    pub fn specular(&self) -> Vec3 {
+        self.direct.specular + self.indirect.specular
+    }
 }
 
 /// A leaf with the links of the leaves around its vertices.
@@ -73,6 +107,8 @@ pub struct Cache {
     pub topology: Topology,
     /// One static mesh a light, in the scene's order.
     pub layers: Vec<Layer>,
+    /// The static mesh of indirect light.
+    pub indirect: IndirectLayer,
     /// Drawn vertices.
     pub slots: Pool<SlotRecord>,
     /// Drawn triangles.
@@ -108,6 +144,12 @@ impl Cache {
         let root = self.topology.add_root(face, corners, vertices);
         self.roots.insert(face, root);
         root
+    }
+
+    /// The root of `face`, if there is one.
+    #[must_use]
+    pub fn root_of(&self, face: FaceId) -> Option<NodeId> {
+        self.roots.get(&face).copied()
     }
 
     /// The slot of a face's corner: shared with every facet of the vertex's group of the same normal and gloss.
@@ -148,11 +190,12 @@ impl Cache {
             next: self.vertices[vertex.0].first_slot,
             normal,
             shininess,
-            diffuse: Vec3::ZERO,
-            specular: Vec3::ZERO,
-            variance: 0.0,
-            known: false,
+            direct: Light::default(),
+            indirect: Light::default(),
             first_use: None,
+            ends: None,
+            first_between: None,
+            next_between: [None; 2],
         }));
         self.vertices[vertex.0].first_slot = Some(slot);
         slot
@@ -178,9 +221,29 @@ impl Cache {
     fn middle_slot(&mut self, id: NodeId, at: usize) -> Option<SlotId> {
         let node = &self.topology.nodes[id.0];
         let vertex = self.topology.midpoint(node.edges[at])?;
-        let [a, b] = [node.corners[at], node.corners[(at + 1) % 3]].map(|slot| self.slots[slot.0]);
-        let normal = (a.normal + b.normal).normalize_or(a.normal);
-        Some(self.slot(vertex, (normal, a.shininess)))
+        let ends = [node.corners[at], node.corners[(at + 1) % 3]];
+        let [a, b] = ends.map(|slot| &self.slots[slot.0]);
+        let look = ((a.normal + b.normal).normalize_or(a.normal), a.shininess);
+        let slot = self.slot(vertex, look);
+        if self.slots[slot.0].ends.is_none() {
+            self.note_between(slot, ends);
+        }
+        Some(slot)
+    }
+
+    /// Notes that a new slot lies midway between two others.
+    fn note_between(&mut self, slot: SlotId, ends: [SlotId; 2]) {
+        self.slots[slot.0].ends = Some(ends);
+        for (at, end) in (0..).zip(ends) {
+            let previous = self.slots[end.0].first_between.replace(slot.0 * 2 + at);
+            self.slots[slot.0].next_between[at as usize] = previous;
+        }
+    }
+
+    /// The slots that lie midway between a slot and another.
+    pub fn between(&self, slot: SlotId) -> impl Iterator<Item = SlotId> + '_ {
+        let next = |&link: &u32| self.slots[link / 2].next_between[link as usize % 2];
+        std::iter::successors(self.slots[slot.0].first_between, next).map(|link| SlotId(link / 2))
     }
 
     /// The triangles that draw a leaf through the midpoints on its edges, so that no crack or kink shows (method 3).
@@ -278,7 +341,7 @@ impl Cache {
         let layers: usize = self.layers.iter().map(|l| l.visibility.bytes() + l.sums.bytes()).sum();
         let maps = self.names.capacity() * size_of::<(VertexName, VertexId)>()
             + self.roots.capacity() * size_of::<(FaceId, NodeId)>();
-        layers + maps + self.topology.bytes() + self.vertices.bytes() + self.slots.bytes() + self.leaves.bytes()
+        layers + self.indirect.bytes() + maps + self.topology.bytes() + self.vertices.bytes() + self.slots.bytes() + self.leaves.bytes()
     }
 
     /// Checks hierarchy, slots and drawn triangles against each other.
@@ -291,6 +354,10 @@ impl Cache {
             let slot = &self.slots[i];
             assert!(self.slots_of(slot.vertex).any(|s| s.0 == i), "slot {i} is listed at its vertex");
             assert!((slot.normal.length() - 1.0).abs() < 1e-3, "slot {i}: unit normal");
+            for end in slot.ends.into_iter().flatten() {
+                assert!(end.0 < i, "slot {i}: made after the ends of its edge");
+                assert!(self.between(end).any(|s| s.0 == i), "slot {i}: listed at the ends of its edge");
+            }
             for leaf in self.leaves_of(SlotId(i)) {
                 let record = &self.leaves[leaf.0];
                 assert!(record.leaf.slots.contains(&SlotId(i)), "slot {i}: leaf {leaf:?} uses it");

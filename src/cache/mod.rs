@@ -2,6 +2,8 @@
 
 pub mod direct;
 pub mod dynamic;
+pub mod gather;
+pub mod indirect;
 pub mod layer;
 pub mod luminance;
 pub mod pool;

@@ -40,7 +40,30 @@ pub struct Node {
     pub drawn: Vec<LeafId>,
     /// Refinement's view of it.
     pub work: Work,
+    /// Its place in the mesh of indirect light.
+    pub indirect: IndirectNode,
     next_on_edge: [Option<NodeId>; 3],
+}
+
+/// A node in the mesh of indirect light, which is split on its own account.
+#[derive(Clone, Copy, Debug)]
+pub struct IndirectNode {
+    /// Whether indirect light is sampled at the middles of its edges.
+    pub split: bool,
+    /// Expected square error of interpolating indirect D over it, luminance²; infinite while nothing tells.
+    pub surplus: f32,
+    /// Pixels that it covers.
+    pub pixels: f32,
+    /// Raised whenever its key changes.
+    pub version: u32,
+    /// Pixels × square error that the sum over the image holds of it.
+    pub accounted: f64,
+}
+
+impl Default for IndirectNode {
+    fn default() -> Self {
+        Self { split: false, surplus: f32::INFINITY, pixels: 0.0, version: 0, accounted: 0.0 }
+    }
 }
 
 /// What refinement knows of a leaf.
@@ -120,6 +143,7 @@ impl Topology {
             child: None,
             drawn: Vec::new(),
             work: Work::default(),
+            indirect: IndirectNode::default(),
             next_on_edge,
         };
         let id = NodeId(self.nodes.insert(node));
@@ -223,6 +247,21 @@ impl Topology {
                 }
                 None => self.edges[edge.0].first = next,
             }
+        }
+    }
+
+    /// The leaf of the mesh of indirect light that a leaf is part of.
+    #[must_use]
+    pub fn indirect_leaf(&self, leaf: NodeId) -> NodeId {
+        let above = |id: &NodeId| self.nodes[id.0].parent.filter(|p| !self.nodes[p.0].indirect.split);
+        std::iter::successors(Some(leaf), above).last().unwrap_or(leaf)
+    }
+
+    /// The leaves of a tree in the mesh of indirect light, depth first.
+    pub fn indirect_leaves(&self, root: NodeId, out: &mut Vec<NodeId>) {
+        match self.nodes[root.0].child.filter(|_| self.nodes[root.0].indirect.split) {
+            None => out.push(root),
+            Some(first) => (0..4).for_each(|i| self.indirect_leaves(NodeId(first.0 + i), out)),
         }
     }
 

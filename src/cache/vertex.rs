@@ -34,6 +34,11 @@ pub struct Vertex {
     pub pixels: f32,
     /// How far its sampling has come.
     pub progress: Progress,
+    /// Σ pixels × gain / 6 over the leaves of the mesh of indirect light around it: what a unit of variance there costs the
+    /// image.
+    pub reach: f32,
+    /// Raised whenever its indirect light changes.
+    pub gathers: u32,
 }
 
 /// How far the sampling of a vertex has come.
@@ -109,6 +114,8 @@ impl Vertex {
             first_slot: None,
             pixels: 0.0,
             progress: Progress::default(),
+            reach: 0.0,
+            gathers: 0,
         }
     }
 

@@ -154,9 +154,21 @@ pub struct BudgetArgs {
     /// Rays
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
     pub rays: Option<u64>,
-    /// Estimated relative error of the image
+    /// Estimated relative error of the image [default: 0.01 where no other limit is given]
     #[arg(long, value_name = "RELATIVE", allow_negative_numbers = true, value_parser = values::positive)]
     pub error: Option<f32>,
+}
+
+impl BudgetArgs {
+    /// Error that ends a run without other limits: finer light takes many times longer and is hardly seen.
+    const DEFAULT_ERROR: f32 = 0.01;
+
+    /// The estimated error at which the run ends, if any does.
+    #[must_use]
+    pub fn least_error(&self) -> Option<f32> {
+        let unlimited = self.time.is_none() && self.frames.is_none() && self.rays.is_none();
+        self.error.or(unlimited.then_some(Self::DEFAULT_ERROR))
+    }
 }
 
 /// The light engine.
@@ -178,6 +190,9 @@ pub struct EngineArgs {
 #[derive(Args, Clone, Copy, Debug)]
 #[command(next_help_heading = "Refinement")]
 pub struct RefinementArgs {
+    /// Only light that arrives from the sources without a bounce
+    #[arg(long)]
+    pub direct_only: bool,
     /// Which triangle is split next: where most image error goes a ray, or at random as the paper does
     #[arg(long, value_name = "MODE", default_value = "error", value_parser = values::priority())]
     pub priority: Priority,
@@ -392,6 +407,7 @@ impl RenderArgs {
     pub fn image_options(&self) -> String {
         let mut text = self.scene.image_options("render", self.engine.seed);
         text += &format!(" --update {} --aa {}", self.update.name(), self.output.aa);
+        text += if self.refinement.direct_only { " --direct-only" } else { "" };
         let BudgetArgs { frames, rays, error, .. } = self.budget;
         let budgets = [
             ("frames", frames.map(|n| n.to_string())),

@@ -139,6 +139,7 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
     let refinement = &args.refinement;
     Options {
         seed: args.engine.seed,
+        indirect: !refinement.direct_only,
         priority: refinement.priority,
         min_pixels: refinement.min_pixels,
         contrast: refinement.contrast,

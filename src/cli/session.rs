@@ -169,7 +169,7 @@ impl Session<'_> {
             ("time", budget.time.is_some_and(|limit| run.first_frame.elapsed() >= limit)),
             ("frames", budget.frames.is_some_and(|limit| run.frames + 1 >= limit)),
             ("rays", budget.rays.is_some_and(|limit| run.stats.rays >= limit)),
-            ("error", budget.error.is_some_and(|limit| run.stats.estimated_error.is_some_and(|e| e <= limit))),
+            ("error", budget.least_error().is_some_and(|limit| run.stats.estimated_error.is_some_and(|e| e <= limit))),
             ("converged", run.stats.converged && !self.renderer.has_pending()),
         ];
         reached.iter().find(|(_, is)| *is).map(|(name, _)| *name)

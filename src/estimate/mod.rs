@@ -1,5 +1,6 @@
-//! Estimators: what is kept of light arriving at a point from one source, and how the light of a hemisphere is gathered.
+//! Estimators: what is kept of light arriving at a point from one source.
 
 pub mod hemisphere;
 pub mod light_vector;
+pub mod surface;
 pub mod visibility;

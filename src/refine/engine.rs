@@ -7,7 +7,7 @@ use super::publish::Published;
 use super::queue::Queue;
 use super::update::{EngineStats, LeafId, Update};
 use super::workers::Workers;
-use crate::cache::dynamic::{Cache, SlotId};
+use crate::cache::dynamic::{Cache, Light, SlotId};
 use crate::cache::luminance;
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
@@ -74,7 +74,7 @@ pub struct Engine {
     pub(super) eye: Vec3,
     pub(super) generation: u32,
     /// Roots of the visible faces.
-    roots: Vec<NodeId>,
+    pub(super) roots: Vec<NodeId>,
     pub(super) published: Published,
     pub(super) image: ImageError,
     pub(super) stats: EngineStats,
@@ -148,9 +148,11 @@ impl Engine {
         let slots = self.drawn_slots(&leaves);
         self.enqueue_first_visits(&leaves, &slots);
         self.evaluate(&slots);
+        self.cache.refresh_indirect(&slots, self.eye);
         leaves.iter().for_each(|&leaf| self.account(leaf));
         if self.first_visits.is_empty() {
             self.enqueue_leaves(&leaves);
+            self.survey_indirect();
         }
         self.full_update(&leaves, &slots)
     }
@@ -249,10 +251,16 @@ impl Engine {
         });
         for (&slot, shown) in slots.iter().zip(values.into_iter().flatten()) {
             let record = &mut self.cache.slots[slot.0];
-            (record.diffuse, record.variance) = (shown.diffuse.value, shown.diffuse.variance);
-            record.specular = shown.specular;
-            record.known = self.cache.vertices[record.vertex.0].progress.visited;
+            record.direct = Light {
+                diffuse: shown.diffuse.value,
+                specular: shown.specular,
+                variance: shown.diffuse.variance,
+                known: self.cache.vertices[record.vertex.0].progress.visited,
+            };
         }
+        let fresh = |s: &&SlotId| !self.cache.slots[s.0].indirect.known;
+        let fresh: Vec<SlotId> = slots.iter().filter(fresh).copied().collect();
+        self.cache.refresh_indirect(&fresh, self.eye);
         self.published.changed.extend_from_slice(slots);
     }
 

@@ -27,6 +27,12 @@ impl ImageError {
         self.error += work.error;
     }
 
+    /// Replaces what a leaf of the mesh of indirect light contributed, `pixels × square error`.
+    pub fn replace_indirect(&mut self, accounted: &mut f64, error: f64) {
+        self.error += error - *accounted;
+        *accounted = error;
+    }
+
     /// Mean shown luminance of the image.
     #[must_use]
     pub fn mean(&self) -> f32 {

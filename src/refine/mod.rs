@@ -2,6 +2,8 @@
 
 pub mod engine;
 pub mod image_error;
+mod indirect;
+mod indirect_priority;
 pub mod nice;
 pub mod options;
 pub mod priority;

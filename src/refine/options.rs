@@ -20,6 +20,8 @@ impl Priority {
 pub struct Options {
     /// Seed of all random choices.
     pub seed: u64,
+    /// Whether light that bounces is computed, too.
+    pub indirect: bool,
     /// How the next leaf to split is chosen.
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.

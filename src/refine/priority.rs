@@ -1,7 +1,7 @@
 //! What a task is worth: expected drop of the image's square error a ray (method 5).
 
 use super::options::{Options, Priority};
-use crate::cache::dynamic::{Cache, SlotId};
+use crate::cache::dynamic::{Cache, Light, SlotId};
 use crate::cache::topology::{MAX_LEVEL, NodeId};
 use crate::cache::vertex::VertexId;
 use crate::math::{combine, luminance};
@@ -25,12 +25,11 @@ impl Reflectances {
         Self { by_material: scene.materials.iter().map(of).collect() }
     }
 
-    /// Luminance shown at a slot on a face.
+    /// Luminance shown on a face of some light.
     #[must_use]
-    pub fn shown(&self, scene: &Scene, face: FaceId, cache: &Cache, slot: SlotId) -> f32 {
+    pub fn shown(&self, scene: &Scene, face: FaceId, light: &Light) -> f32 {
         let [kd, ks] = self.of_face(scene, face);
-        let record = &cache.slots[slot.0];
-        kd * luminance(record.diffuse) + ks * luminance(record.specular)
+        kd * luminance(light.diffuse) + ks * luminance(light.specular)
     }
 
     fn of_face(&self, scene: &Scene, face: FaceId) -> [f32; 2] {
@@ -62,17 +61,17 @@ pub struct Judge<'a> {
 }
 
 /// Weight of an edge's contrast against measured surplus: discontinuities not seen yet. [L 2.2]
-const CONTRAST_WEIGHT: f32 = 0.02;
+pub(super) const CONTRAST_WEIGHT: f32 = 0.02;
 /// Mean square error of linear interpolation for a unit sum of squared surpluses and their products. [L 2.2]
-const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
+pub(super) const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
 /// A child's square error against its parent's, where light is smooth.
-const CHILD: f32 = 1.0 / 16.0;
+pub(super) const CHILD: f32 = 1.0 / 16.0;
 /// Contrast along an edge of a leaf that takes it for a hard shadow's.
 const HARD_CONTRAST: f32 = 0.4;
 /// Pixels of the smallest leaf across a hard edge, against other leaves.
 const HARD_PIXELS: f32 = 0.02;
 /// Rays that a new vertex costs, evaluation included.
-const VERTEX_COST: f32 = 16.0;
+pub(super) const VERTEX_COST: f32 = 16.0;
 
 /// A leaf's light at a glance.
 #[derive(Clone, Copy, Debug)]
@@ -92,10 +91,16 @@ pub struct LeafLight {
 }
 
 impl Judge<'_> {
-    /// Shown luminance at the corners of a node, and which corners are covered.
-    fn corners(&self, node: NodeId) -> ([f32; 3], [bool; 3]) {
+    /// Luminance shown at a slot on a face of direct and of indirect light.
+    pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
+        let record = &self.cache.slots[slot.0];
+        [&record.direct, &record.indirect].map(|light| self.reflectances.shown(self.scene, face, light))
+    }
+
+    /// Luminance of direct and of indirect light shown at the corners of a node, and which corners are covered.
+    fn corners(&self, node: NodeId) -> ([[f32; 2]; 3], [bool; 3]) {
         let node = &self.cache.topology.nodes[node.0];
-        let shown = |slot| self.reflectances.shown(self.scene, node.face, self.cache, slot);
+        let shown = |slot| self.shown(node.face, slot);
         let covered = |slot: SlotId| {
             let vertex = self.cache.slots[slot.0].vertex;
             self.cache.vertices[vertex.0].progress.covered
@@ -108,22 +113,24 @@ impl Judge<'_> {
     pub fn leaf(&self, id: NodeId) -> LeafLight {
         let (shown, covered) = self.corners(id);
         let node = &self.cache.topology.nodes[id.0];
-        let mean = shown.iter().sum::<f32>() / 3.0;
+        let total = shown.map(|[direct, indirect]| direct + indirect);
+        let mean = total.iter().sum::<f32>() / 3.0;
         let mut contrast = 0.0_f32;
         for i in 0..3 {
-            let (a, b) = (shown[i], shown[(i + 1) % 3]);
-            if covered[i] != covered[(i + 1) % 3] {
+            let j = (i + 1) % 3;
+            let (difference, sum) = ((shown[i][0] - shown[j][0]).abs(), total[i] + total[j]);
+            if covered[i] != covered[j] {
                 contrast = 1.0;
             } else {
-                contrast = contrast.max(if a + b > 0.0 { (a - b).abs() / (a + b) } else { 0.0 });
+                contrast = contrast.max(if sum > 0.0 { difference / sum } else { 0.0 });
             }
         }
         let noise_gain = self.reflectances.noise_gain(self.scene, node.face);
-        let variance = node.corners.map(|slot| self.cache.slots[slot.0].variance).iter().sum::<f32>();
+        let variance = node.corners.map(|slot| self.cache.slots[slot.0].direct.variance).iter().sum::<f32>();
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let interpolation = node.work.surplus + SURPLUS_TO_MSE * CHILD * unseen;
         let covered = covered.contains(&true) && covered.contains(&false);
-        let least = shown.iter().fold(f32::INFINITY, |m, &v| m.min(v));
+        let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
     }
 
@@ -134,19 +141,19 @@ impl Judge<'_> {
         let (shown, covered) = self.corners(id);
         let node = &self.cache.topology.nodes[id.0];
         let gain = self.reflectances.noise_gain(self.scene, node.face);
-        let variance = |slot: SlotId| self.cache.slots[slot.0].variance;
-        let mean = shown.iter().sum::<f32>() / 3.0;
+        let variance = |slot: SlotId| self.cache.slots[slot.0].direct.variance;
+        let mean = shown.iter().map(|s| s[0]).sum::<f32>() / 3.0;
         let mut noise = 0.0;
         let d = [0, 1, 2].map(|i| {
             let j = (i + 1) % 3;
-            let middle = self.reflectances.shown(self.scene, node.face, self.cache, middles[i]);
+            let middle = self.shown(node.face, middles[i])[0];
             noise += gain * (variance(middles[i]) + (variance(node.corners[i]) + variance(node.corners[j])) * 0.25);
             let vertex = self.cache.slots[middles[i].0].vertex;
             let hidden = [covered[i], covered[j], self.cache.vertices[vertex.0].progress.covered];
             if hidden.iter().any(|h| *h) && !hidden.iter().all(|h| *h) {
                 mean * 0.5
             } else {
-                middle - (shown[i] + shown[j]) * 0.5
+                middle - (shown[i][0] + shown[j][0]) * 0.5
             }
         });
         let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
@@ -185,7 +192,7 @@ impl Judge<'_> {
 
     /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white all over
     /// can wait (method 5).
-    fn display_gain(&self, luminance: f32) -> f32 {
+    pub(super) fn display_gain(&self, luminance: f32) -> f32 {
         (1.0 + luminance / self.options.white).powi(-4)
     }
 
@@ -202,11 +209,11 @@ impl Judge<'_> {
         }
         let mut gain = 0.0;
         for slot in self.cache.slots_of(id) {
-            let variance = self.cache.slots[slot.0].variance;
+            let variance = self.cache.slots[slot.0].direct.variance;
             for leaf in self.cache.leaves_of(slot) {
                 let node = &self.cache.topology.nodes[self.cache.leaves[leaf.0].node.0];
                 let share = node.work.pixels / (6.0 * node.drawn.len().max(1) as f32);
-                let shown = self.reflectances.shown(self.scene, node.face, self.cache, slot);
+                let shown = self.shown(node.face, slot).iter().sum();
                 let noise = variance * self.reflectances.noise_gain(self.scene, node.face);
                 gain += share * noise * self.display_gain(shown);
             }
@@ -217,8 +224,8 @@ impl Judge<'_> {
 
     fn noise_shows(&self, slot: SlotId) -> bool {
         let record = &self.cache.slots[slot.0];
-        let floor = self.tolerance * luminance(record.diffuse).max(self.mean);
-        record.variance > floor * floor
+        let floor = self.tolerance * luminance(record.diffuse()).max(self.mean);
+        record.direct.variance > floor * floor
     }
 
     fn longest_edge(&self, node: NodeId) -> f32 {

@@ -2,7 +2,7 @@
 
 use super::engine::Engine;
 use super::update::{EngineStats, LeafId, Patch, Slot, Update};
-use crate::cache::dynamic::SlotId;
+use crate::cache::dynamic::{COVERED_WEIGHT, SlotId};
 use crate::cache::pool::Sparse;
 use crate::cache::topology::NodeId;
 use std::collections::VecDeque;
@@ -22,11 +22,6 @@ pub struct Published {
     /// Update that first drew each triangle.
     born: Sparse<u64>,
 }
-
-/// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows what
-/// they know; beside a valid vertex it does not count.
-/// The luminance pass relies on it (`LEAST_WEIGHT`): larger than what extrapolation by a raster step can make of 0.
-const COVERED_WEIGHT: f32 = 4e-3;
 
 impl Published {
     /// Whether a triangle was drawn by update `sequence` or earlier.
@@ -123,7 +118,7 @@ impl Engine {
             }
         }
         // Looks at a midpoint that only a neighbour had needed so far.
-        fresh.retain(|slot| !self.cache.slots[slot.0].known);
+        fresh.retain(|slot| !self.cache.slots[slot.0].direct.known);
         fresh.sort_unstable();
         fresh.dedup();
         self.evaluate(&fresh);
@@ -175,12 +170,12 @@ impl Engine {
     fn slot(&self, slot: SlotId) -> Slot {
         let record = &self.cache.slots[slot.0];
         let vertex = &self.cache.vertices[record.vertex.0];
-        let weight = match (record.known, vertex.progress.covered) {
+        let weight = match (record.direct.known, vertex.progress.covered) {
             (false, _) => 0.0,
             (true, false) => 1.0,
             (true, true) => COVERED_WEIGHT,
         };
-        Slot { position: vertex.position, weight, diffuse: record.diffuse, specular: record.specular }
+        Slot { position: vertex.position, weight, diffuse: record.diffuse(), specular: record.specular() }
     }
 
     fn current_stats(&mut self) -> EngineStats {

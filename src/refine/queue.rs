@@ -14,6 +14,10 @@ pub enum Task {
     Settle(VertexId),
     /// Take as many points again in the penumbrae of a vertex.
     Double(VertexId),
+    /// Take as many rays of indirect light again at a vertex.
+    Gather(VertexId),
+    /// Sample indirect light in the middles of a leaf of its mesh.
+    Refine(NodeId),
 }
 
 /// A task with what it was worth when it was queued.

@@ -1,6 +1,7 @@
 //! A batch of refinement: base vertices first, then the tasks that pay most.
 
 use super::engine::Engine;
+use super::indirect::{GATHER_RAYS_A_RUN, IndirectWork};
 use super::queue::Task;
 use crate::cache::direct::{self, Job, Wanted};
 use crate::cache::dynamic::{Cache, SlotId};
@@ -40,14 +41,15 @@ impl Engine {
         if self.first_visits.is_empty() {
             let leaves = self.all_visible_leaves();
             self.enqueue_leaves(&leaves);
+            self.survey_indirect();
         }
         true
     }
 
     /// Does the tasks that pay most; `false` if nothing is left.
     pub(super) fn refine(&mut self) -> bool {
-        let (mut splits, mut jobs) = (Vec::new(), Vec::new());
-        while splits.len() + jobs.len() < TASKS_A_RUN {
+        let (mut splits, mut jobs, mut indirect) = (Vec::new(), Vec::new(), IndirectWork::default());
+        while splits.len() + jobs.len() + indirect.tasks() < TASKS_A_RUN && indirect.rays < GATHER_RAYS_A_RUN {
             let Some(entry) = self.queue.pop() else { break };
             let Some(key) = self.current_key(entry.task, entry.version) else { continue };
             if key < entry.key * STALE {
@@ -58,13 +60,16 @@ impl Engine {
                 Task::Split(node) => splits.push(node),
                 Task::Settle(vertex) => jobs.push(Job { vertex, wanted: Wanted::Settle }),
                 Task::Double(vertex) => jobs.push(Job { vertex, wanted: Wanted::Double }),
+                Task::Gather(vertex) => indirect.gather(vertex, self.cache.indirect.rays(vertex)),
+                Task::Refine(node) => indirect.refine(node, self.judge().first_rays(node)),
             }
         }
-        if splits.is_empty() && jobs.is_empty() {
+        if splits.is_empty() && jobs.is_empty() && indirect.tasks() == 0 {
             return self.lower_tolerance();
         }
         let mut fresh = Vec::new();
-        for node in splits {
+        // The drawn mesh is at least as fine as that of indirect light.
+        for node in splits.into_iter().chain(indirect.refined.iter().copied()) {
             self.split(node, &mut fresh, &mut jobs);
         }
         self.run(&jobs);
@@ -72,12 +77,13 @@ impl Engine {
         changed.sort_unstable();
         changed.dedup();
         let mut slots = self.slots_of_all(&changed);
-        slots.extend(fresh.iter().flat_map(|f| f.middles).filter(|s| !self.cache.slots[s.0].known));
+        slots.extend(fresh.iter().flat_map(|f| f.middles).filter(|s| !self.cache.slots[s.0].direct.known));
         slots.sort_unstable();
         slots.dedup();
         self.evaluate(&slots);
         self.confirm(&fresh, &mut slots);
         self.settle_accounts(&fresh, &slots);
+        self.work_on_indirect(&indirect);
         true
     }
 
@@ -90,6 +96,7 @@ impl Engine {
             self.tolerance = (self.tolerance * 0.5).max(self.options.tolerance);
             let leaves = self.all_visible_leaves();
             self.enqueue_leaves(&leaves);
+            self.survey_indirect();
         }
         true
     }
@@ -104,6 +111,13 @@ impl Engine {
             Task::Settle(id) | Task::Double(id) => {
                 let current = self.cache.vertices[id.0].progress.version == version;
                 current.then(|| self.judge().vertex_key(id, self.rays_of(task)))
+            }
+            Task::Gather(id) => {
+                (self.cache.vertices[id.0].gathers == version).then(|| self.judge().gather_key(id))
+            }
+            Task::Refine(id) => {
+                let node = &self.cache.topology.nodes[id.0].indirect;
+                (!node.split && node.version == version).then(|| self.judge().refine_key(id))
             }
         }
     }
@@ -294,7 +308,7 @@ impl Engine {
         let sources = self.lights.sources.iter();
         let known = |v: VertexId| sources.zip(&self.cache.layers).map(move |(s, l)| (s, l.visibility.get(v.0)));
         let rays: u32 = match task {
-            Task::Split(_) => 0,
+            Task::Split(_) | Task::Gather(_) | Task::Refine(_) => 0,
             // One ray for a delta light, four for an area light: two is near enough for a key.
             Task::Settle(v) => known(v).map(|(_, k)| if k.origin == Origin::Deferred { 2 } else { 0 }).sum(),
             Task::Double(v) => known(v).map(|(s, k)| if direct::is_doubled(s, k) { k.points } else { 0 }).sum(),

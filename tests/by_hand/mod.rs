@@ -121,6 +121,7 @@ impl Mirror {
 /// No refinement: light at base vertices, penumbrae to the end.
 pub fn options(seed: u64) -> Options {
     Options {
+        indirect: false,
         seed,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,

@@ -1,0 +1,207 @@
+//! The static mesh of indirect light: sums of gathered light at its vertices, and what other vertices take over from them
+//! (method 3, 6).
+
+use super::dynamic::{COVERED_WEIGHT, Cache, Light, SlotId};
+use super::pool::Sparse;
+use super::topology::NodeId;
+use super::vertex::VertexId;
+use crate::estimate::light_vector::LightVector;
+use crate::geom::Hit;
+use crate::math::luminance;
+use glam::Vec3;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::f32::consts::PI;
+
+/// Light vectors, sparse over vertices and slots.
+#[derive(Clone, Debug, Default)]
+pub struct IndirectLayer {
+    /// Rays gathered so far, by vertex.
+    rays: Sparse<u32>,
+    /// Sums over those rays, by slot: one set of rays serves all normals of a vertex.
+    sums: Sparse<LightVector>,
+}
+
+/// New rays of one vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Round {
+    /// The vertex.
+    pub vertex: VertexId,
+    /// How many rays.
+    pub rays: u32,
+    /// How many entries of the results' sums belong to it.
+    pub sums: u32,
+}
+
+/// A leaf of the mesh of indirect light is taken at its word at a hit if its edges are shorter than this share of the ray:
+/// what it gets wrong evens out over the hemisphere.
+const SMALL_AT_HIT: f32 = 0.25;
+/// Error of interpolation against the value up to which it is taken at its word anyway.
+const TRUSTED_ERROR: f32 = 0.1;
+
+impl IndirectLayer {
+    /// Rays gathered at a vertex.
+    #[must_use]
+    pub fn rays(&self, vertex: VertexId) -> u32 {
+        self.rays.get(vertex.0)
+    }
+
+    /// Whether a slot has gathered anything itself. (A look that was added after its vertex's last round has not.)
+    #[must_use]
+    pub fn is_sampled(&self, slot: SlotId) -> bool {
+        self.sums.get(slot.0).samples() > 0
+    }
+
+    /// What a slot has gathered.
+    #[must_use]
+    pub fn sum(&self, slot: SlotId) -> LightVector {
+        self.sums.get(slot.0)
+    }
+
+    /// Adds a round.
+    pub fn add(&mut self, round: Round, sums: &[(SlotId, LightVector)]) {
+        *self.rays.entry(round.vertex.0) += round.rays;
+        for (slot, sum) in sums {
+            self.sums.entry(slot.0).add(sum);
+        }
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.rays.bytes() + self.sums.bytes()
+    }
+}
+
+impl Cache {
+    /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was written,
+    /// in ascending order.
+    pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3) -> Vec<SlotId> {
+        // Ascending: a slot is younger than the ends of its edge.
+        let mut due: BinaryHeap<Reverse<SlotId>> = slots.iter().map(|&s| Reverse(s)).collect();
+        let mut written = Vec::with_capacity(slots.len());
+        while let Some(Reverse(slot)) = due.pop() {
+            if written.last() == Some(&slot) {
+                continue;
+            }
+            written.push(slot);
+            self.slots[slot.0].indirect = self.indirect_light(slot, eye);
+            let unsampled = |s: &SlotId| !self.indirect.is_sampled(*s);
+            due.extend(self.between(slot).filter(unsampled).map(Reverse));
+        }
+        written
+    }
+
+    /// Indirect light of a slot: its own, or the mean of the ends of its edge.
+    fn indirect_light(&self, slot: SlotId, eye: Vec3) -> Light {
+        let record = &self.slots[slot.0];
+        if self.indirect.is_sampled(slot) {
+            return self.gathered(slot, eye);
+        }
+        let Some(ends) = record.ends else { return Light::default() };
+        let mut mean = Light::default();
+        let mut total = 0.0;
+        for end in ends {
+            let light = self.slots[end.0].indirect;
+            let weight = self.weight(end);
+            if light.known {
+                mean.diffuse += light.diffuse * weight;
+                mean.specular += light.specular * weight;
+                mean.variance += light.variance * weight * weight;
+                total += weight;
+                mean.known = true;
+            }
+        }
+        if total > 0.0 {
+            mean.diffuse /= total;
+            mean.specular /= total;
+            mean.variance /= total * total;
+        }
+        mean
+    }
+
+    fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
+        let record = &self.slots[slot.0];
+        let sum = self.indirect.sum(slot);
+        let to_eye = (eye - self.vertices[record.vertex.0].position).normalize_or(record.normal);
+        let specular = record.shininess.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
+        Light { diffuse: sum.irradiance() / PI, specular, variance: sum.variance_of_mean() / (PI * PI), known: true }
+    }
+
+    /// Weight of a slot's vertex in interpolation.
+    fn weight(&self, slot: SlotId) -> f32 {
+        let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
+        if covered { COVERED_WEIGHT } else { 1.0 }
+    }
+
+    /// Indirect diffuse luminance at a hit, where the mesh knows it well enough.
+    #[must_use]
+    pub fn indirect_at(&self, hit: &Hit, distance: f32) -> Option<Vec3> {
+        let mut node = self.root_of(hit.face())?;
+        let mut weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        while let (true, Some(first)) = (self.topology.nodes[node.0].indirect.split, self.topology.nodes[node.0].child) {
+            node = descend(first, &mut weights);
+        }
+        let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+        for (slot, weight) in self.topology.nodes[node.0].corners.into_iter().zip(weights) {
+            let light = self.slots[slot.0].indirect;
+            if !light.known && !self.vertices[self.slots[slot.0].vertex.0].progress.covered {
+                return None;
+            }
+            let weight = if light.known { weight.max(0.0) * self.weight(slot) } else { 0.0 };
+            sum += light.diffuse * weight;
+            total += weight;
+        }
+        let value = sum / total;
+        (total > 0.0 && self.is_trusted(node, luminance(value), distance)).then_some(value)
+    }
+
+    fn is_trusted(&self, node: NodeId, value: f32, distance: f32) -> bool {
+        let error = self.topology.nodes[node.0].indirect.surplus;
+        let [a, b, c] = self.corner_positions(node);
+        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        longest < (SMALL_AT_HIT * distance).powi(2) || error < (TRUSTED_ERROR * value).powi(2)
+    }
+}
+
+/// The child that holds a point of a node given by its barycentric weights, which become those in the child.
+fn descend(first: NodeId, weights: &mut [f32; 3]) -> NodeId {
+    let w = *weights;
+    match w.iter().position(|&w| w >= 0.5) {
+        Some(corner) => {
+            *weights = w.map(|w| 2.0 * w);
+            weights[corner] -= 1.0;
+            NodeId(first.0 + corner as u32)
+        }
+        // Corners of the middle child: the middles of edges 0-1, 1-2 and 2-0.
+        None => {
+            *weights = [w[2], w[0], w[1]].map(|w| 1.0 - 2.0 * w);
+            NodeId(first.0 + 3)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn descending_keeps_the_point() {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
+        let at = |c: &[Vec3; 3], w: &[f32; 3]| c[0] * w[0] + c[1] * w[1] + c[2] * w[2];
+        for (u, v) in [(0.1, 0.2), (0.7, 0.1), (0.2, 0.75), (0.3, 0.4), (0.25, 0.25), (0.5, 0.5)] {
+            let weights = [1.0 - u - v, u, v];
+            let mut inner = weights;
+            let child = descend(NodeId(0), &mut inner).0 as usize;
+            let middle = [0, 1, 2].map(|i| (corners[i] + corners[(i + 1) % 3]) * 0.5);
+            let mut of_child = middle;
+            if child < 3 {
+                of_child[child] = corners[child];
+                of_child[(child + 1) % 3] = middle[child];
+                of_child[(child + 2) % 3] = middle[(child + 2) % 3];
+            }
+            assert!(inner.iter().all(|&w| w >= -1e-6), "{u} {v}: {inner:?}");
+            assert!(at(&corners, &weights).distance(at(&of_child, &inner)) < 1e-6, "{u} {v}");
+        }
+    }
+}

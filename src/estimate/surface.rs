@@ -1,0 +1,87 @@
+//! A point that a gather ray has hit, as light leaves it: diffusely (method 2).
+
+use crate::geom::{Hit, Ray};
+use crate::math::luminance;
+use crate::scene::Scene;
+use crate::shade::lights::{Arrival, Source, delta_arrival};
+use crate::shade::world::World;
+use glam::Vec3;
+use smallvec::SmallVec;
+
+/// A diffuse surface point.
+#[derive(Clone, Copy, Debug)]
+pub struct DiffusePoint {
+    /// Position, scene units.
+    pub position: Vec3,
+    /// Where rays start: a little off the facet, on the side that was hit.
+    pub origin: Vec3,
+    /// Unit normal of the facet on that side.
+    pub facet: Vec3,
+    /// Unit shading normal on that side.
+    pub normal: Vec3,
+    /// Diffuse reflectance.
+    pub kd: Vec3,
+}
+
+impl DiffusePoint {
+    /// The point that `ray` has hit.
+    #[must_use]
+    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
+        // From the barycentrics, not from t: the error follows the triangle's size, not the distance.
+        let [a, b, c] = scene.corners(hit.triangle);
+        let position = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+        let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
+        let scale = position.abs().max_element().max(hit.t * ray.direction.length());
+        Self {
+            position,
+            origin: position + facet * (scale * LIFT),
+            facet,
+            normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
+            kd: scene.kd_at(hit.triangle, hit.u, hit.v),
+        }
+    }
+
+    /// Irradiance from one light, drawn in proportion to the bound of what it can send here, by one shadow ray: an unbiased
+    /// estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of the light.
+    pub fn direct(&self, world: &World<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
+        let sources = &world.lights.sources;
+        let bounds: SmallVec<[f32; 128]> = sources.iter().map(|s| s.bound(self.position, self.normal)).collect();
+        let total: f32 = bounds.iter().sum();
+        let mut target = pick * total;
+        let chosen = bounds.iter().position(|&bound| {
+            let found = bound > 0.0 && target < bound;
+            target -= bound;
+            found
+        });
+        // Rounding may run past the end; the last light that can contribute stands in.
+        let Some(light) = chosen.or_else(|| bounds.iter().rposition(|&b| b > 0.0)) else { return Vec3::ZERO };
+        let arrival = match &sources[light] {
+            Source::Delta(kind) => delta_arrival(kind, self.position),
+            Source::Area(area) => area.at(self.position).sample(world.scene, [u, v]),
+        };
+        let Some(arrival) = arrival else { return Vec3::ZERO };
+        let value = arrival.facing * self.normal.dot(arrival.direction).max(0.0);
+        if luminance(value) <= 0.0 || arrival.direction.dot(self.facet) <= 0.0 {
+            return Vec3::ZERO;
+        }
+        *rays += 1;
+        if world.bvh.occluded(world.scene, &self.shadow_ray(&arrival)) {
+            return Vec3::ZERO;
+        }
+        value * (total / bounds[light])
+    }
+
+    fn shadow_ray(&self, arrival: &Arrival) -> Ray {
+        if arrival.distance.is_infinite() {
+            return Ray { origin: self.origin, direction: arrival.direction, t_max: f32::INFINITY };
+        }
+        let offset = self.position + arrival.direction * arrival.distance - self.origin;
+        let length = offset.length();
+        Ray { origin: self.origin, direction: offset / length, t_max: length * SHORT_OF_LIGHT }
+    }
+}
+
+/// Step off the surface against the size of the numbers involved: well above the rounding of f32.
+const LIFT: f32 = 4e-6;
+/// Shadow rays end short of the light, whose own surface must not hide it.
+const SHORT_OF_LIGHT: f32 = 1.0 - 1e-4;

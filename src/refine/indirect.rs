@@ -1,0 +1,240 @@
+//! Indirect light in a batch: vertices gathered, its mesh refined, what depends on them brought up to date.
+
+use super::engine::Engine;
+use super::indirect_priority::FIRST_RAYS;
+use super::queue::Task;
+use crate::cache::dynamic::SlotId;
+use crate::cache::gather::{self, GatherJob, Gathered};
+use crate::cache::topology::NodeId;
+use crate::cache::vertex::VertexId;
+use crate::shade::world::World;
+
+/// Rays of a job: enough to be worth handing out, few enough to share a vertex's round among threads.
+const RAYS_A_JOB: u32 = 128;
+
+/// Work on indirect light in a batch.
+#[derive(Default)]
+pub(super) struct IndirectWork {
+    /// Leaves whose middles are to be sampled.
+    pub refined: Vec<NodeId>,
+    /// Vertices whose rays are to be doubled.
+    vertices: Vec<VertexId>,
+    /// Rays that this takes, roughly.
+    pub rays: u32,
+}
+
+/// Gather rays of a run: the frame loop is served between runs.
+pub(super) const GATHER_RAYS_A_RUN: u32 = 8192;
+
+impl IndirectWork {
+    /// Number of tasks.
+    pub(super) const fn tasks(&self) -> usize {
+        self.refined.len() + self.vertices.len()
+    }
+
+    /// Adds a vertex that has `rays` rays so far.
+    pub(super) fn gather(&mut self, vertex: VertexId, rays: u32) {
+        self.vertices.push(vertex);
+        self.rays += rays.max(FIRST_RAYS);
+    }
+
+    /// Adds a leaf whose middles get `first` rays each.
+    pub(super) fn refine(&mut self, node: NodeId, first: u32) {
+        self.refined.push(node);
+        self.rays += 3 * first;
+    }
+}
+
+impl Engine {
+    /// Counts the pixels of the visible leaves of the mesh of indirect light and what the vertices' noise there costs, and
+    /// queues what they leave to do.
+    pub(super) fn survey_indirect(&mut self) {
+        if !self.options.indirect {
+            return;
+        }
+        let mut leaves = Vec::new();
+        self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
+        let corners = self.corners_of_all(&leaves);
+        corners.iter().for_each(|v| self.cache.vertices[v.0].reach = 0.0);
+        for &leaf in &leaves {
+            self.cache.topology.nodes[leaf.0].indirect.pixels = self.pixels_below(leaf);
+            self.add_reach(leaf, 1.0);
+            self.account_indirect(leaf);
+            self.enqueue_refinement(leaf);
+        }
+        corners.into_iter().for_each(|v| self.enqueue_gather(v));
+    }
+
+    /// Traces a batch's gathers and draws the consequences.
+    pub(super) fn work_on_indirect(&mut self, work: &IndirectWork) {
+        if work.tasks() == 0 {
+            return;
+        }
+        let jobs = self.gather_jobs(work);
+        let mut vertices: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
+        vertices.dedup();
+        self.gather(&jobs);
+        work.refined.iter().for_each(|&node| self.cache.topology.nodes[node.0].indirect.split = true);
+        let slots: Vec<SlotId> = vertices.iter().flat_map(|&v| self.cache.slots_of(v)).collect();
+        let written = self.cache.refresh_indirect(&slots, self.eye);
+        self.published.changed.extend(written);
+        work.refined.iter().for_each(|&node| self.divide(node));
+        self.judge_around(&slots, &work.refined, vertices);
+    }
+
+    /// The rounds of a batch, cut into jobs.
+    fn gather_jobs(&self, work: &IndirectWork) -> Vec<GatherJob> {
+        let mut rounds: Vec<(VertexId, u32)> = Vec::new();
+        for &vertex in &work.vertices {
+            rounds.push((vertex, self.cache.indirect.rays(vertex).max(FIRST_RAYS)));
+        }
+        for &node in &work.refined {
+            let first = self.judge().first_rays(node);
+            for edge in self.cache.topology.nodes[node.0].edges {
+                let Some(vertex) = self.cache.topology.midpoint(edge) else { continue };
+                let covered = self.cache.vertices[vertex.0].progress.covered;
+                if self.cache.indirect.rays(vertex) == 0 {
+                    rounds.push((vertex, if covered { FIRST_RAYS } else { first }));
+                }
+            }
+        }
+        rounds.sort_by_key(|&(vertex, _)| vertex);
+        rounds.dedup_by_key(|&mut (vertex, _)| vertex);
+        let mut jobs = Vec::with_capacity(rounds.len());
+        for (vertex, rays) in rounds {
+            let start = self.cache.indirect.rays(vertex);
+            let cuts = (0..rays).step_by(RAYS_A_JOB as usize);
+            jobs.extend(cuts.map(|at| GatherJob { vertex, first: start + at, rays: RAYS_A_JOB.min(rays - at) }));
+        }
+        jobs
+    }
+
+    /// Traces jobs on all workers, then writes their results in order.
+    fn gather(&mut self, jobs: &[GatherJob]) {
+        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
+        let cache = &self.cache;
+        let results = self.workers.map_chunks(jobs, |chunk| {
+            let mut gathered = Gathered::default();
+            chunk.iter().for_each(|&job| gather::gather(&world, cache, job, &mut gathered));
+            gathered
+        });
+        for gathered in &results {
+            gather::apply(&mut self.cache, gathered);
+            self.stats.rays += gathered.rays;
+        }
+    }
+
+    /// Hands a refined leaf's pixels over to its children.
+    fn divide(&mut self, id: NodeId) {
+        self.add_reach(id, -1.0);
+        self.forget_indirect(id);
+        for child in self.children(id) {
+            self.cache.topology.nodes[child.0].indirect.pixels = self.pixels_below(child);
+            self.add_reach(child, 1.0);
+        }
+    }
+
+    /// Measures surpluses again where they depend on slots, and queues what is left to do around them.
+    fn judge_around(&mut self, slots: &[SlotId], refined: &[NodeId], mut vertices: Vec<VertexId>) {
+        let mut leaves: Vec<NodeId> = refined.iter().flat_map(|&node| self.children(node)).collect();
+        let mut parents = refined.to_vec();
+        for node in self.nodes_around(slots) {
+            let leaf = self.cache.topology.indirect_leaf(node);
+            leaves.push(leaf);
+            let up = |id: &NodeId| self.cache.topology.nodes[id.0].parent;
+            parents.extend(std::iter::successors(up(&leaf), up));
+        }
+        parents.sort_unstable();
+        parents.dedup();
+        for parent in parents {
+            leaves.extend(self.measure(parent));
+        }
+        leaves.sort_unstable();
+        leaves.dedup();
+        vertices.extend(self.corners_of_all(&leaves));
+        for leaf in leaves {
+            self.account_indirect(leaf);
+            self.enqueue_refinement(leaf);
+        }
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.into_iter().for_each(|v| self.enqueue_gather(v));
+    }
+
+    /// Measures a node's surplus, and tells its children that are leaves; returns those.
+    fn measure(&mut self, parent: NodeId) -> Vec<NodeId> {
+        let Some(middles) = self.middles(parent) else { return Vec::new() };
+        let Some(surplus) = self.judge().indirect_surplus(parent, middles) else { return Vec::new() };
+        let mut leaves = self.children(parent);
+        leaves.retain(|child| !self.cache.topology.nodes[child.0].indirect.split);
+        leaves.iter().for_each(|child| self.cache.topology.nodes[child.0].indirect.surplus = surplus / 16.0);
+        leaves
+    }
+
+    /// The slots in the middle of a split node's edges: the corners of its middle child.
+    fn middles(&self, id: NodeId) -> Option<[SlotId; 3]> {
+        let first = self.cache.topology.nodes[id.0].child?;
+        Some(self.cache.topology.nodes[first.0 + 3].corners)
+    }
+
+    fn children(&self, id: NodeId) -> Vec<NodeId> {
+        let first = self.cache.topology.nodes[id.0].child;
+        first.map_or(Vec::new(), |first| (0..4).map(|i| NodeId(first.0 + i)).collect())
+    }
+
+    fn corners_of_all(&self, nodes: &[NodeId]) -> Vec<VertexId> {
+        let mut vertices: Vec<VertexId> = nodes.iter().flat_map(|&n| self.cache.corner_vertices(n)).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices
+    }
+
+    /// Pixels of the drawn leaves of a node.
+    fn pixels_below(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        match node.child {
+            None => node.work.pixels,
+            Some(first) => (0..4).map(|i| self.pixels_below(NodeId(first.0 + i))).sum(),
+        }
+    }
+
+    /// Adds what a leaf's noise costs to its corners' reach, or takes it off. Linear interpolation shows a sixth of the
+    /// variance at each corner.
+    fn add_reach(&mut self, id: NodeId, sign: f32) {
+        let share = sign * self.cache.topology.nodes[id.0].indirect.pixels * self.judge().gain(id) / 6.0;
+        for vertex in self.cache.corner_vertices(id) {
+            let reach = &mut self.cache.vertices[vertex.0].reach;
+            *reach = (*reach + share).max(0.0);
+        }
+    }
+
+    /// Brings a leaf's share of the image's error up to date.
+    fn account_indirect(&mut self, id: NodeId) {
+        let face = self.cache.topology.nodes[id.0].face;
+        let [interpolation, noise] = self.judge().indirect_error(id);
+        let shown = self.reflectances.noise_gain(&self.scene, face) * (interpolation + noise);
+        let node = &mut self.cache.topology.nodes[id.0].indirect;
+        let error = f64::from(node.pixels * shown);
+        self.image.replace_indirect(&mut node.accounted, error);
+    }
+
+    fn forget_indirect(&mut self, id: NodeId) {
+        self.image.replace_indirect(&mut self.cache.topology.nodes[id.0].indirect.accounted, 0.0);
+    }
+
+    fn enqueue_refinement(&mut self, id: NodeId) {
+        let node = &mut self.cache.topology.nodes[id.0].indirect;
+        node.version += 1;
+        let version = node.version;
+        let key = self.judge().refine_key(id);
+        self.queue.push(key, Task::Refine(id), version);
+    }
+
+    fn enqueue_gather(&mut self, id: VertexId) {
+        let vertex = &mut self.cache.vertices[id.0];
+        vertex.gathers += 1;
+        let version = vertex.gathers;
+        let key = self.judge().gather_key(id);
+        self.queue.push(key, Task::Gather(id), version);
+    }
+}

@@ -1,0 +1,145 @@
+//! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::priority`]).
+
+use super::priority::{CHILD, CONTRAST_WEIGHT, Judge, SURPLUS_TO_MSE, VERTEX_COST};
+use crate::cache::dynamic::SlotId;
+use crate::cache::topology::{MAX_LEVEL, NodeId};
+use crate::cache::vertex::VertexId;
+use crate::math::luminance;
+
+/// Rays of a vertex's first round.
+pub const FIRST_RAYS: u32 = 16;
+/// A vertex is not sampled beyond this many rays (whose noise is about 0.05 %).
+const MAX_RAYS: u32 = 1 << 17;
+/// Most rays of the first round of a vertex of a finer level.
+const MOST_FIRST_RAYS: u32 = 512;
+/// Rays traced for one gathered: itself and the shadow ray at its hit.
+const RAYS_A_SAMPLE: f32 = 2.0;
+/// Guess of the standard deviation of interpolation where nothing has been measured: a share of the value.
+const UNMEASURED: f32 = 0.05;
+/// The same where corners are covered by other geometry, whose light is not the surface's.
+const COVERED: f32 = 0.25;
+/// Standard deviation of a vertex that was never sampled against the mean of the image.
+const UNSAMPLED: f32 = 0.5;
+/// How many times its expected noise a squared surplus must exceed for it to be believed: two standard deviations.
+const SIGNIFICANCE: f32 = 2.6;
+/// Least relative standard deviation of a sample: that the first few agree does not say that all would.
+const LEAST_DEVIATION: f32 = 0.1;
+
+impl Judge<'_> {
+    /// Share of the square error of D over a leaf that the image shows.
+    #[must_use]
+    pub fn gain(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        let total = node.corners.map(|slot| self.shown(node.face, slot).iter().sum::<f32>());
+        let least = total.into_iter().fold(f32::INFINITY, f32::min);
+        self.reflectances.noise_gain(self.scene, node.face) * self.display_gain(least)
+    }
+
+    /// Expected square error of indirect D over a leaf of its mesh: interpolation and noise.
+    #[must_use]
+    pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
+        let node = &self.cache.topology.nodes[id.0];
+        let lights = node.corners.map(|slot| self.cache.slots[slot.0].indirect);
+        let noise = lights.iter().map(|l| l.variance).sum::<f32>() / 6.0;
+        let covered = node.corners.map(|slot| self.is_covered(slot));
+        let valid = || (0..3).filter(|&i| !covered[i]).map(|i| luminance(lights[i].diffuse));
+        let (least, most) = (valid().fold(f32::INFINITY, f32::min), valid().fold(0.0, f32::max));
+        if covered.iter().all(|&c| c) {
+            // Whatever its corners know is not its own light.
+            return [(COVERED * self.mean).powi(2), noise];
+        }
+        let contrast = CONTRAST_WEIGHT * (most - least).powi(2);
+        let interpolation = if covered.contains(&true) {
+            (COVERED * most).powi(2) * CHILD.powi(i32::from(node.level.min(1))) + contrast
+        } else if node.indirect.surplus.is_finite() {
+            node.indirect.surplus + SURPLUS_TO_MSE * CHILD * contrast
+        } else {
+            (UNMEASURED * most).powi(2) + contrast
+        };
+        [interpolation, noise]
+    }
+
+    fn is_covered(&self, slot: SlotId) -> bool {
+        self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.covered
+    }
+
+    /// Square error of interpolating indirect light over a node, from its middles, as far as noise does not explain it.
+    /// `None` while middles are not sampled.
+    #[must_use]
+    pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<f32> {
+        let corners = self.cache.topology.nodes[id.0].corners;
+        let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
+        let mut noise = 0.0;
+        let mut measured = false;
+        let d = [0, 1, 2].map(|i| {
+            let (a, b) = (light(corners[i]), light(corners[(i + 1) % 3]));
+            let hidden = [corners[i], corners[(i + 1) % 3], middles[i]].into_iter().any(|s| self.is_covered(s));
+            if hidden || !self.cache.indirect.is_sampled(middles[i]) {
+                return 0.0;
+            }
+            measured = true;
+            let middle = light(middles[i]);
+            noise += middle.variance + (a.variance + b.variance) * 0.25;
+            luminance(middle.diffuse - (a.diffuse + b.diffuse) * 0.5)
+        });
+        let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        let products = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
+        measured.then(|| SURPLUS_TO_MSE * (squares + products - noise * SIGNIFICANCE).max(0.0))
+    }
+
+    /// Key of sampling the middles of a leaf of the mesh of indirect light; 0 if it is not worth it or not allowed.
+    #[must_use]
+    pub fn refine_key(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        let known = node.corners.iter().all(|slot| self.cache.slots[slot.0].indirect.known);
+        if node.level >= MAX_LEVEL || node.indirect.pixels <= self.options.min_pixels || !known {
+            return 0.0;
+        }
+        let error = self.indirect_error(id)[0] * self.gain(id);
+        if error < (self.tolerance * self.mean).powi(2) {
+            return 0.0;
+        }
+        let (mut samples, mut vertices) = (0, 0);
+        for edge in node.edges {
+            match self.cache.topology.midpoint(edge) {
+                None => (samples, vertices) = (samples + 1, vertices + 1),
+                Some(v) => samples += u32::from(self.cache.indirect.rays(v) == 0),
+            }
+        }
+        let rays = samples as f32 * self.first_rays(id) as f32 * RAYS_A_SAMPLE;
+        node.indirect.pixels * error / (1.0 + rays + VERTEX_COST * vertices as f32)
+    }
+
+    /// Rays of the first round at the middles of a node: about as many as its corners have, or finer vertices would show
+    /// more noise than coarse ones.
+    #[must_use]
+    pub fn first_rays(&self, id: NodeId) -> u32 {
+        let rays = self.cache.corner_vertices(id).map(|v| self.cache.indirect.rays(v));
+        let least = rays.into_iter().filter(|&r| r > 0).min().unwrap_or(FIRST_RAYS);
+        (least / 2).clamp(FIRST_RAYS, MOST_FIRST_RAYS)
+    }
+
+    /// Key of a vertex's next round, which doubles its rays.
+    #[must_use]
+    pub fn gather_key(&self, id: VertexId) -> f32 {
+        let vertex = &self.cache.vertices[id.0];
+        let rays = self.cache.indirect.rays(id);
+        if rays >= MAX_RAYS || (vertex.progress.covered && rays > 0) {
+            return 0.0;
+        }
+        if rays == 0 {
+            let unknown = (UNSAMPLED * self.mean).powi(2);
+            return vertex.reach * unknown / (FIRST_RAYS as f32 * RAYS_A_SAMPLE);
+        }
+        let (mut variance, mut shows) = (0.0_f32, false);
+        for slot in self.cache.slots_of(id) {
+            let record = &self.cache.slots[slot.0];
+            let least = (LEAST_DEVIATION * luminance(record.indirect.diffuse)).powi(2) / rays as f32;
+            let floor = self.tolerance * luminance(record.diffuse()).max(self.mean);
+            let likely = record.indirect.variance.max(least);
+            variance = variance.max(likely);
+            shows |= likely > floor * floor;
+        }
+        if shows { vertex.reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE) } else { 0.0 }
+    }
+}
