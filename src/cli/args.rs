@@ -184,7 +184,7 @@ pub struct RefinementArgs {
     /// Michelson contrast that counts as a discontinuity (with --priority random)
     #[arg(long, value_name = "CONTRAST", allow_negative_numbers = true, default_value_t = 0.02, value_parser = values::positive)]
     pub contrast: f32,
-    /// Size of the smallest shadow that must not be missed, scene units [default: about 12 pixels]
+    /// Size of the smallest shadow that must not be missed, scene units [default: about 12 pixels, near the eye too]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = values::positive)]
     pub shadow_size: Option<f32>,
 }
