@@ -138,18 +138,17 @@ fn every_option_of_diff_arrives() {
 }
 
 #[test]
-fn reference_traces_direct_light_only_for_now() {
+fn reference_options() {
     let args = reference("s.toml -o r.exr --direct-only --spp 64 --filter point --threads 3 --seed 5 --size 8x4");
-    args.validate().expect("direct light is there");
+    assert!(args.direct_only && !args.match_method);
     assert_eq!((args.spp, args.filter, args.threads, args.seed), (Some(64), PixelFilter::Point, Some(3), 5));
     assert_eq!(args.max_spp(), 64);
 
     let args = reference("s.toml -o r.exr");
     assert_eq!((args.filter, args.max_spp()), (PixelFilter::Box, 256));
-    let error = args.validate().expect_err("not there yet");
-    assert_eq!(error.exit_status(), 2);
-    assert!(error.to_string().contains("--direct-only"));
-
+    assert!(!args.direct_only && !args.match_method);
+    assert!(reference("s.toml -o r.exr --match-method").match_method);
+    assert!(refused("reference s.toml -o r.exr --match-method --direct-only").contains("cannot be used with"));
     assert_eq!(reference("s.toml -o r.exr --time 5").max_spp(), u32::MAX);
     assert!(refused("reference s.toml -o r.png").contains(".exr"));
     assert!(refused("reference s.toml -o r.exr --spp 0").contains("--spp"));
@@ -187,4 +186,8 @@ fn image_options_hold_what_makes_the_image_and_nothing_else() {
     );
     let args = reference("s.toml -o r.exr --direct-only --size 8x4 --time 3 --threads 2");
     assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --direct-only --filter box");
+    let args = reference("s.toml -o r.exr --match-method --size 8x4 --filter point");
+    assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --match-method --filter point");
+    let args = reference("s.toml -o r.exr --size 8x4");
+    assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --filter box");
 }

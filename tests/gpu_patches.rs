@@ -75,6 +75,7 @@ impl Twins {
             min_pixels: 3.0,
             contrast: 0.02,
             shadow_size: 0.05,
+            shadow_pixels: f32::INFINITY,
             white: f32::INFINITY,
             tolerance: 1e-3,
         };

@@ -297,6 +297,26 @@ fn small_batches_end_on_the_same_rung() {
     assert!(small < 1.1 * large && large < 1.1 * small, "{small} {large}");
 }
 
+/// A shadow that is small in the scene but covers a hundred pixels near the eye is found, though all vertices around it
+/// agree that the light is visible.
+#[test]
+fn small_shadows_near_the_eye_are_found() {
+    let in_the_shadow = |shadow_pixels| {
+        let mut scene = Scene::default();
+        let ids = floor(&mut scene);
+        light(&mut scene, LightKind::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::splat(PI) });
+        let dark = material(&mut scene, |_| {});
+        let side = 0.024;
+        patch(&mut scene, Vec3::new(0.13, 0.02, 0.17), Vec3::Z * side, Vec3::X * side, 1, dark);
+        let options = Options { shadow_size: 0.6, shadow_pixels, ..refine(0) };
+        let mirror = solve_pixels(&mut engine_with(scene, 1, options), &front(&ids), 500_000, Vec3::Y);
+        let middle = Vec3::new(0.13, 0.0, 0.17) + Vec3::new(side, 0.0, side) * 0.5;
+        front(&ids).iter().find_map(|&f| mirror.diffuse_at(f, middle)).expect("on the floor").x
+    };
+    assert!(in_the_shadow(f32::INFINITY) > 0.99, "the size in the scene alone misses it");
+    assert!(in_the_shadow(72.0) < 0.01);
+}
+
 /// An engine whose updates nobody takes waits, and does not keep the program from ending.
 #[test]
 fn a_waiting_engine_can_be_dropped() {

@@ -72,10 +72,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
     interrupt::install()?;
     match command {
         Command::Render(args) => render::run(args, start),
-        Command::Reference(args) => {
-            args.validate()?;
-            reference::run(args)
-        }
+        Command::Reference(args) => reference::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Info(args) => info::run(args),

@@ -5,7 +5,7 @@ use super::{Outcome, interrupt, output, scene};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::image::exr::{Provenance, ReferenceLayers, write_reference};
-use crate::reference::{Accumulator, Filter};
+use crate::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use crate::scene::Scene;
 use crate::scene::camera::View;
 use crate::shade::lights::Lights;
@@ -37,10 +37,7 @@ fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
     let bvh = Bvh::build(scene);
     let lights = Lights::new(scene);
     let world = World::new(scene, &bvh, &lights, args.seed, scene.diagonal());
-    let filter = match args.filter {
-        PixelFilter::Point => Filter::Point,
-        PixelFilter::Box => Filter::Box,
-    };
+    let settings = settings(args);
     let mut accumulator = Accumulator::new(view);
     let progress = progress(args);
     let start = Instant::now();
@@ -48,7 +45,7 @@ fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
     let in_time = |start: Instant| args.time.is_none_or(|limit| start.elapsed() < limit);
     // At least one pass whatever the clock, so that there is an image.
     while accumulator.samples() < args.max_spp() && (accumulator.samples() == 0 || in_time(start)) {
-        let pass = accumulator.pass(&world, view, filter, interrupt::requested);
+        let pass = accumulator.pass(&world, view, settings, interrupt::requested);
         if !pass.finished {
             break;
         }
@@ -62,6 +59,19 @@ fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
         output::report(&format!("{spp} samples a pixel, {}", message(rays, start.elapsed())));
     }
     accumulator
+}
+
+fn settings(args: &ReferenceArgs) -> Settings {
+    let filter = match args.filter {
+        PixelFilter::Point => Filter::Point,
+        PixelFilter::Box => Filter::Box,
+    };
+    let transport = match (args.direct_only, args.match_method) {
+        (true, _) => Transport::Direct,
+        (_, true) => Transport::Method,
+        _ => Transport::Full,
+    };
+    Settings { filter, transport, strategy: Strategy::Both }
 }
 
 fn message(rays: u64, elapsed: Duration) -> String {

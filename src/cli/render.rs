@@ -143,8 +143,9 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
         priority: refinement.priority,
         min_pixels: refinement.min_pixels,
         contrast: refinement.contrast,
-        // What covers a few pixels where the whole scene fills the image.
+        // What covers a few pixels where the whole scene fills the image; nearer to the eye, what does so there.
         shadow_size: refinement.shadow_size.unwrap_or(scene.diagonal() * SHADOW_PIXELS / image),
+        shadow_pixels: refinement.shadow_size.map_or(SHADOW_AREA, |_| f32::INFINITY),
         white: (-display.exposure).exp2(),
         tolerance: TOLERANCE,
     }
@@ -152,6 +153,8 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
 
 /// Default size of the smallest shadow wanted, pixels.
 const SHADOW_PIXELS: f32 = 12.0;
+/// Default pixels of the largest leaf that may hide a shadow: half a square of that size.
+const SHADOW_AREA: f32 = SHADOW_PIXELS * SHADOW_PIXELS / 2.0;
 /// Error of a pixel against the image's mean at which refinement ends.
 const TOLERANCE: f32 = 2.5e-4;
 

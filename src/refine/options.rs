@@ -30,6 +30,8 @@ pub struct Options {
     pub contrast: f32,
     /// Size of the smallest shadow that must not be missed, scene units.
     pub shadow_size: f32,
+    /// Pixels of the smallest shadow that must not be missed; infinite if [`Self::shadow_size`] alone decides.
+    pub shadow_pixels: f32,
     /// Luminance that is displayed as white, W·sr⁻¹·m⁻²; infinite if errors count alike everywhere.
     pub white: f32,
     /// Error of a pixel, relative to the image's mean, below which refinement stops.

@@ -176,12 +176,11 @@ impl Judge<'_> {
             return 0.0;
         }
         if self.options.priority == Priority::Random {
-            let wanted = light.contrast > self.options.contrast || self.longest_edge(id) > self.options.shadow_size;
+            let wanted = light.contrast > self.options.contrast || !self.is_small(id);
             return if wanted { self.random(u64::from(id.0)) } else { 0.0 };
         }
         // Below the tolerance nothing shows; a leaf that might hide a small shadow stays in the queue all the same.
-        let unseen =
-            if self.longest_edge(id) > self.options.shadow_size { self.hidden_shadow(light.mean) } else { 0.0 };
+        let unseen = if self.is_small(id) { 0.0 } else { self.hidden_shadow(light.mean) };
         let error = (light.interpolation + unseen) * self.display_gain(light.least);
         if error < (self.tolerance * self.mean).powi(2) {
             return 0.0;
@@ -233,10 +232,12 @@ impl Judge<'_> {
         a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a)).sqrt()
     }
 
-    /// Whether corners that agree may speak for what lies between them.
+    /// Whether corners that agree may speak for what lies between them: no shadow that is wanted fits in there, neither by
+    /// its size in the scene nor, near the eye, by its pixels.
     #[must_use]
     pub fn is_small(&self, node: NodeId) -> bool {
-        self.longest_edge(node) <= self.options.shadow_size
+        let pixels = self.cache.topology.nodes[node.0].work.pixels;
+        pixels <= self.options.shadow_pixels && self.longest_edge(node) <= self.options.shadow_size
     }
 
     fn random(&self, what: u64) -> f32 {

@@ -29,6 +29,9 @@ pub struct Material {
     pub map_ke: Option<TextureId>,
     /// Cut-out mask (one channel, linear): opaque at ≥ 0.5.
     pub map_d: Option<TextureId>,
+    /// Whether it is meant to mirror (illum 3 and 5, or s > 1000): until there are reflections its highlight shows light
+    /// straight from the sources only.
+    pub mirror: bool,
 }
 
 impl Material {
@@ -44,6 +47,7 @@ impl Material {
             map_kd: None,
             map_ke: None,
             map_d: None,
+            mirror: false,
         }
     }
 

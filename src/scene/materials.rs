@@ -66,11 +66,12 @@ pub(super) fn build(m: &MtlMaterial, textures: [Option<TextureId>; 3], report: &
         warn(m.line, format!("Kd + Ks is {}, more than the light that arrives: scaled down to 1", sum.max_element()));
         (kd, ks) = bound(kd, ks);
     }
-    if ks != Vec3::ZERO && (matches!(m.illum, Some(3 | 5)) || shininess > MIRROR_NS) {
+    let mirror = ks != Vec3::ZERO && (matches!(m.illum, Some(3 | 5)) || shininess > MIRROR_NS);
+    if mirror {
         let message = format!("material {}: {MIRROR}", m.name);
         report.stand_in(&m.file, Some(m.line), message);
     }
-    Material { name: m.name.clone(), kd, ks, shininess, ke, map_kd, map_ke, map_d }
+    Material { name: m.name.clone(), kd, ks, shininess, ke, map_kd, map_ke, map_d, mirror }
 }
 
 /// Scales both reflectances where they reflect more than arrives.

@@ -134,6 +134,7 @@ impl AreaSource {
             distance: distance as f32,
             facing: self.radiance_at(scene, facet, at, offset) * measure as f32,
             mean_facing: self.radiance * measure as f32,
+            measure: measure as f32,
         }
     }
 

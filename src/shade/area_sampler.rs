@@ -208,6 +208,38 @@ impl<'a> Sampler<'a> {
         Some(Point { facet, at, offset, measure })
     }
 
+    /// Density with which [`Self::sample`] takes the direction of the point of the source that lies `offset` from x, sr⁻¹;
+    /// 0 where it never does.
+    #[must_use]
+    pub fn density(&self, offset: Vec3) -> f32 {
+        let offset = offset.as_dvec3();
+        let facets = &self.source.facets.list;
+        let measure = match self.by {
+            Choose::Area => facets.first().and_then(|facet| self.measure(facet, offset)),
+            Choose::SolidAngle => {
+                let facing = self.choices.iter().map(|choice| &facets[choice.index]);
+                nearest(facing, self.x, offset).and_then(|facet| self.measure(facet, offset))
+            }
+            Choose::Cluster => self.measure_by_cluster(offset),
+        };
+        measure.map_or(0.0, |measure| measure.recip() as f32)
+    }
+
+    fn measure_by_cluster(&self, offset: DVec3) -> Option<f64> {
+        let facets = &self.source.facets.list;
+        // Points of single precision lie as far off the facets.
+        let slack = (self.x.abs() + offset.abs()).max_element() * 1e-5;
+        let holds = |cluster: &Cluster| (self.x + offset).distance(cluster.centre) <= cluster.radius + slack;
+        let near = self.choices.iter().map(|c| (c, &self.source.clusters[c.index])).filter(|(_, k)| holds(k));
+        let (choice, cluster, facet, _) = near
+            .filter_map(|(choice, cluster)| {
+                let facet = nearest(facets[cluster.facets.clone()].iter(), self.x, offset)?;
+                Some((choice, cluster, facet, misfit(facet, self.x, offset)))
+            })
+            .min_by(|a, b| a.3.total_cmp(&b.3))?;
+        self.source.solid_angle_of(facet, offset, cluster.area * self.total / choice.weight)
+    }
+
     /// What [`Point::measure`] would be for the point of a facet `offset` away; `None` where it faces away, and for
     /// clusters.
     pub(super) fn measure(&self, facet: &Facet, offset: DVec3) -> Option<f64> {
@@ -221,6 +253,20 @@ impl<'a> Sampler<'a> {
             Choose::Cluster => None,
         }
     }
+}
+
+/// The facet that holds the point `offset` from `x`, rounding aside.
+fn nearest<'a>(facets: impl Iterator<Item = &'a Facet>, x: DVec3, offset: DVec3) -> Option<&'a Facet> {
+    let fits = facets.map(|facet| (misfit(facet, x, offset), facet));
+    fits.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, facet)| facet)
+}
+
+/// How far the point `offset` from `x` is from being one of the facet, in barycentrics and along the way; 0 for its points.
+fn misfit(facet: &Facet, x: DVec3, offset: DVec3) -> f64 {
+    meet(facet.corner - x, facet.edges, offset).map_or(f64::INFINITY, |([s, t], way)| {
+        let outside = (-s).max(-t).max(s + t - 1.0).max(0.0);
+        outside + (way - 1.0).abs()
+    })
 }
 
 /// Solid angle of a facet whose plane is `height` from `x`, and whether that is its middle's, good enough from afar.

@@ -4,9 +4,10 @@ pub use super::area::{AreaSource, ClosedForm};
 pub use super::area_sampler::Sampler;
 pub use super::area_specular::Receiver;
 use crate::math::luminance;
-use crate::scene::Scene;
 use crate::scene::light::{Light, LightKind, spot_falloff};
+use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
+use rustc_hash::FxHashMap;
 
 /// Light from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,12 +21,14 @@ pub struct Arrival {
     /// The same with the mean radiance of the whole light in place of that of the sampled point: equal but for textured
     /// emitters.
     pub mean_facing: Vec3,
+    /// Solid angle that the sample stands for, the inverse of its density; 0 where light has a single direction.
+    pub measure: f32,
 }
 
 impl Arrival {
     /// Light of one colour all over its source.
     const fn uniform(direction: Vec3, distance: f32, facing: Vec3) -> Self {
-        Self { direction, distance, facing, mean_facing: facing }
+        Self { direction, distance, facing, mean_facing: facing, measure: 0.0 }
     }
 }
 
@@ -34,6 +37,8 @@ impl Arrival {
 pub struct Lights {
     /// The sources.
     pub sources: Vec<Source>,
+    /// The source that each emissive triangle belongs to.
+    of_triangle: FxHashMap<TriangleId, u32>,
 }
 
 /// One source, prepared for sampling.
@@ -49,7 +54,20 @@ impl Lights {
     /// Prepares the lights of a scene.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        Self { sources: scene.lights.iter().map(|light| Source::new(scene, light)).collect() }
+        let members = scene.lights.iter().zip(0..).filter_map(|(light, source)| match &light.kind {
+            LightKind::Area { triangles } => Some(triangles.iter().map(move |&t| (t, source))),
+            _ => None,
+        });
+        Self {
+            sources: scene.lights.iter().map(|light| Source::new(scene, light)).collect(),
+            of_triangle: members.flatten().collect(),
+        }
+    }
+
+    /// The area light that a triangle is part of, as an index into [`Self::sources`].
+    #[must_use]
+    pub fn of_triangle(&self, triangle: TriangleId) -> Option<usize> {
+        self.of_triangle.get(&triangle).map(|&source| source as usize)
     }
 }
 

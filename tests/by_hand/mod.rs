@@ -127,6 +127,7 @@ pub fn options(seed: u64) -> Options {
         min_pixels: f32::INFINITY,
         contrast: 0.02,
         shadow_size: 1.0,
+        shadow_pixels: f32::INFINITY,
         white: f32::INFINITY,
         tolerance: 1e-3,
     }

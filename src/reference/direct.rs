@@ -1,0 +1,93 @@
+//! Light straight from the sources, found by sampling them.
+
+use super::path::{Random, Tracer};
+use super::surface::Surface;
+use super::{Strategy, Transport};
+use crate::math::luminance;
+use crate::scene::TriangleId;
+use crate::shade::lights::{Source, delta_arrival};
+use glam::Vec3;
+
+/// Lights of which each sample takes all; above, it draws one by its bound.
+const SAMPLE_ALL: usize = 4;
+
+impl Tracer<'_> {
+    /// One sample of the direct light reflected at a surface; what [`Self::chance`] refers to from then on.
+    pub(super) fn direct(&mut self, surface: &Surface, random: &Random) -> Vec3 {
+        let world = self.world;
+        let sources = &world.lights.sources;
+        if sources.len() <= SAMPLE_ALL {
+            return (0..sources.len()).map(|light| self.from_light(surface, light, random.light(light as u32))).sum();
+        }
+        self.bounds.clear();
+        self.bounds.extend(sources.iter().map(|s| s.bound(surface.point, surface.normal)));
+        self.total_bound = self.bounds.iter().sum();
+        let mut target = random.pick() * self.total_bound;
+        let chosen = self.bounds.iter().position(|&bound| {
+            let found = bound > 0.0 && target < bound;
+            target -= bound;
+            found
+        });
+        // Rounding may run past the end; the last light that can contribute stands in.
+        let light = chosen.or_else(|| self.bounds.iter().rposition(|&b| b > 0.0));
+        light.map_or(Vec3::ZERO, |light| {
+            self.from_light(surface, light, random.light(0)) * (self.total_bound / self.bounds[light])
+        })
+    }
+
+    /// Probability with which [`Self::direct`] took the light at the surface it was last asked for.
+    fn chance(&self, light: usize) -> f32 {
+        if self.world.lights.sources.len() <= SAMPLE_ALL {
+            return 1.0;
+        }
+        let bound = self.bounds[light];
+        if bound > 0.0 { bound / self.total_bound } else { 0.0 }
+    }
+
+    fn from_light(&mut self, surface: &Surface, light: usize, [u, v, ..]: [f32; 4]) -> Vec3 {
+        let world = self.world;
+        let both = self.settings.transport != Transport::Direct;
+        let arrival = match &world.lights.sources[light] {
+            Source::Delta(kind) => delta_arrival(kind, surface.point),
+            Source::Area(_) if both && self.settings.strategy == Strategy::Reflection => None,
+            Source::Area(area) => area.at(surface.point).sample(world.scene, [u, v]),
+        };
+        let Some(arrival) = arrival else { return Vec3::ZERO };
+        let response = surface.response(arrival.direction);
+        let value = surface.reflect(response) * arrival.facing;
+        if luminance(value) <= 0.0 || self.occluded(&surface.ray_to(arrival.direction, arrival.distance)) {
+            return Vec3::ZERO;
+        }
+        if arrival.measure > 0.0 && both && self.settings.strategy == Strategy::Both {
+            return value * share(self.chance(light) / arrival.measure, surface.density(response));
+        }
+        value
+    }
+
+    /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the rest
+    /// is left to [`Self::direct`].
+    pub(super) fn share_of_hit(
+        &self,
+        surface: &Surface,
+        triangle: TriangleId,
+        offset: Vec3,
+        density: f32,
+    ) -> f32 {
+        let lights = self.world.lights;
+        let Some(light) = lights.of_triangle(triangle) else { return 1.0 };
+        match (self.settings.strategy, &lights.sources[light]) {
+            (Strategy::Lights, _) => 0.0,
+            (Strategy::Both, Source::Area(area)) => {
+                share(density, self.chance(light) * area.at(surface.point).density(offset))
+            }
+            _ => 1.0,
+        }
+    }
+}
+
+/// Weight of a sample drawn with density `own` that could have been drawn with density `other` too: the power heuristic of
+/// exponent 2 [VG95].
+fn share(own: f32, other: f32) -> f32 {
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}

@@ -1,0 +1,161 @@
+//! Paths from the eye.
+
+use super::surface::{Bounce, Surface};
+use super::{Filter, Settings, Transport};
+use crate::geom::{Hit, Ray};
+use crate::math::{combine, sequence::Sequence};
+use crate::scene::camera::View;
+use crate::scene::footprint::Footprint;
+use crate::shade::world::World;
+use glam::{Vec2, Vec3};
+
+/// Bounces that every path makes before Russian roulette may end it.
+const SURE_BOUNCES: u32 = 3;
+/// Largest probability to go on: a path ends even between surfaces that absorb nothing.
+const MAX_SURVIVAL: f32 = 0.98;
+
+/// One sample of a pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    pub radiance: Vec3,
+    /// Whether it met geometry.
+    pub hit: bool,
+    /// Whether that emits.
+    pub emits: bool,
+}
+
+/// Traces paths one after the other.
+pub struct Tracer<'a> {
+    pub(super) world: &'a World<'a>,
+    pub(super) settings: Settings,
+    /// Bound of each light where direct light was last sampled, and their sum; kept so that no sample allocates.
+    pub(super) bounds: Vec<f32>,
+    pub(super) total_bound: f32,
+    rays: u64,
+}
+
+/// The random numbers of one point of a path.
+pub struct Random {
+    sequence: Sequence,
+    index: u32,
+}
+
+impl Random {
+    /// Those of the point after `bounces` on path `index` of the pixel of this seed.
+    fn new(seed: u64, bounces: u32, index: u32) -> Self {
+        let seed = if bounces == 0 { seed } else { combine(seed, bounces.into()) };
+        Self { sequence: Sequence::new(seed), index }
+    }
+
+    fn within_pixel(&self) -> Vec2 {
+        let [u, v, ..] = self.sequence.point(self.index);
+        Vec2::new(u, v)
+    }
+
+    /// Chooses a light.
+    pub(super) fn pick(&self) -> f32 {
+        self.sequence.point(self.index)[3]
+    }
+
+    /// Chooses a point of the light sampled `k`-th, k < 4.
+    pub(super) fn light(&self, k: u32) -> [f32; 4] {
+        self.sequence.point_of_set(self.index, 1 + k)
+    }
+
+    /// Chooses a direction (three) and whether the path goes on.
+    fn bounce(&self) -> [f32; 4] {
+        self.sequence.point_of_set(self.index, 5)
+    }
+}
+
+impl<'a> Tracer<'a> {
+    /// A tracer that has traced nothing.
+    pub fn new(world: &'a World<'a>, settings: Settings) -> Self {
+        Self { world, settings, bounds: Vec::new(), total_bound: 0.0, rays: 0 }
+    }
+
+    /// Rays traced so far.
+    pub const fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    /// Sample `index` of a pixel.
+    pub fn pixel(&mut self, view: &View, [x, y]: [u32; 2], index: u32) -> Sample {
+        let pixel = u64::from(y) * u64::from(view.size.width) + u64::from(x);
+        let seed = combine(self.world.seed, pixel);
+        // Many points of a pixel filter textures by themselves; a single one does as the colour pass.
+        let (offset, width) = match self.settings.filter {
+            Filter::Point => (Vec2::splat(0.5), 1.0),
+            Filter::Box => (Random::new(seed, 0, index).within_pixel(), 0.0),
+        };
+        let point = Vec2::new(x as f32, y as f32) + offset;
+        let direction = view.direction(point);
+        let origin = view.eye + direction * view.near;
+        let ray = Ray { origin, direction: direction.normalize(), t_max: f32::INFINITY };
+        let Some(hit) = self.closest(&ray) else { return Sample { radiance: Vec3::ZERO, hit: false, emits: false } };
+        let scene = self.world.scene;
+        let footprint = Footprint::of_pixel(scene, view, hit.triangle, point, width);
+        let surface = Surface::new(scene, &ray, &hit, &footprint);
+        let emitted = scene.emitted_over(hit.face(), hit.u, hit.v, &footprint);
+        let radiance = emitted + self.reflected(surface, seed, index);
+        Sample { radiance, hit: true, emits: scene.face_emits(hit.face()) }
+    }
+
+    /// One sample of the radiance that a surface reflects to the eye.
+    fn reflected(&mut self, mut surface: Surface, seed: u64, index: u32) -> Vec3 {
+        let (mut sum, mut throughput) = (Vec3::ZERO, Vec3::ONE);
+        for bounces in 0.. {
+            let random = Random::new(seed, bounces, index);
+            sum += throughput * self.direct(&surface, &random);
+            if self.settings.transport == Transport::Direct {
+                break;
+            }
+            let [u, v, choice, survives] = random.bounce();
+            let Some(bounce) = surface.bounce([u, v, choice]) else { break };
+            let Some(hit) = self.closest(&bounce.ray) else { break };
+            let next = self.surface_beyond(&bounce.ray, &hit);
+            sum += throughput * bounce.of_source * self.emitted(&surface, &bounce, &hit, next.point);
+            throughput *= bounce.of_beyond;
+            let survival = survival(throughput, bounces);
+            if survives >= survival {
+                break;
+            }
+            throughput /= survival;
+            surface = next;
+        }
+        sum
+    }
+
+    /// The surface that a bounce leads to.
+    fn surface_beyond(&self, ray: &Ray, hit: &Hit) -> Surface {
+        let surface = Surface::new(self.world.scene, ray, hit, &Footprint::POINT);
+        if self.settings.transport == Transport::Method { surface.diffuse() } else { surface }
+    }
+
+    /// What is emitted where a bounce ended, as far as sampling the lights from `surface` leaves it.
+    fn emitted(&self, surface: &Surface, bounce: &Bounce, hit: &Hit, point: Vec3) -> Vec3 {
+        let scene = self.world.scene;
+        if !scene.face_emits(hit.face()) {
+            return Vec3::ZERO;
+        }
+        let share = self.share_of_hit(surface, hit.triangle, point - surface.point, bounce.density);
+        scene.emitted_at(hit.face(), hit.u, hit.v) * share
+    }
+
+    fn closest(&mut self, ray: &Ray) -> Option<Hit> {
+        self.rays += 1;
+        self.world.bvh.closest(self.world.scene, ray)
+    }
+
+    /// Whether anything lies on the ray.
+    pub(super) fn occluded(&mut self, ray: &Ray) -> bool {
+        self.rays += 1;
+        self.world.bvh.occluded(self.world.scene, ray)
+    }
+}
+
+/// Probability that a path goes on after some bounces; 0 where it carries nothing.
+fn survival(throughput: Vec3, bounces: u32) -> f32 {
+    let most = throughput.max_element();
+    if most > 0.0 && bounces < SURE_BOUNCES { 1.0 } else { most.min(MAX_SURVIVAL) }
+}

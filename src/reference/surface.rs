@@ -1,0 +1,141 @@
+//! A surface point as the reflection model sees it: evaluation, and directions drawn by it.
+
+use crate::geom::{Hit, Ray};
+use crate::scene::Scene;
+use crate::scene::footprint::Footprint;
+use crate::shade::phong::lobe;
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+
+/// The point that a ray hit, with the material there.
+pub struct Surface {
+    pub point: Vec3,
+    /// Where rays start: a little off the facet.
+    origin: Vec3,
+    /// Unit normal of the triangle, on the side that was hit.
+    facet: Vec3,
+    /// Unit shading normal on that side.
+    pub normal: Vec3,
+    to_eye: Vec3,
+    kd: Vec3,
+    ks: Vec3,
+    shininess: f32,
+    /// Whether the highlight shows light straight from the sources only.
+    mirror: bool,
+    /// Share of directions drawn by the highlight's lobe.
+    glossy: f32,
+}
+
+/// Phong exponent below which the highlight is drawn with the diffuse lobe: it is about as wide, and at 0 fills the sphere.
+const WIDE: f32 = 1.0;
+
+/// How a direction is reflected, without k_d and k_s.
+#[derive(Clone, Copy)]
+pub struct Response {
+    cosine: f32,
+    lobe: f32,
+}
+
+/// A direction to follow.
+pub struct Bounce {
+    pub ray: Ray,
+    /// Density with which it was drawn, sr⁻¹.
+    pub density: f32,
+    /// f_r cosθ / density for light of a source that the ray hits.
+    pub of_source: Vec3,
+    /// The same for light that comes from beyond.
+    pub of_beyond: Vec3,
+}
+
+impl Surface {
+    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
+        // The point from the barycentrics, not from t: its error follows the triangle's size, not the distance.
+        let [a, b, c] = scene.corners(hit.triangle);
+        let point = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+        let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
+        let material = scene.material(hit.triangle);
+        let scale = point.abs().max_element().max(hit.t);
+        let kd = scene.kd_over(hit.triangle, hit.u, hit.v, footprint);
+        Self {
+            point,
+            origin: point + facet * (scale * 4e-6),
+            facet,
+            normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
+            to_eye: -ray.direction,
+            kd,
+            ks: material.ks,
+            shininess: material.shininess,
+            mirror: material.mirror,
+            glossy: glossy_share(kd, material.ks, material.shininess),
+        }
+    }
+
+    /// The same without a highlight.
+    pub fn diffuse(self) -> Self {
+        Self { ks: Vec3::ZERO, glossy: 0.0, ..self }
+    }
+
+    /// The ray to a point `distance` away, or on and on.
+    pub fn ray_to(&self, direction: Vec3, distance: f32) -> Ray {
+        if distance.is_infinite() {
+            return Ray { origin: self.origin, direction, t_max: f32::INFINITY };
+        }
+        let offset = self.point + direction * distance - self.origin;
+        let length = offset.length();
+        // Short of the light, whose own surface must not hide it.
+        Ray { origin: self.origin, direction: offset / length, t_max: length * (1.0 - 1e-4) }
+    }
+
+    pub fn response(&self, direction: Vec3) -> Response {
+        let glossy = self.ks.max_element() > 0.0;
+        Response {
+            cosine: self.normal.dot(direction).max(0.0),
+            lobe: if glossy { lobe(self.shininess, self.normal, direction, self.to_eye) } else { 0.0 },
+        }
+    }
+
+    /// f_r cosθ.
+    pub fn reflect(&self, response: Response) -> Vec3 {
+        (self.kd / PI + self.ks * response.lobe) * response.cosine
+    }
+
+    /// Density with which [`Self::bounce`] draws a direction, sr⁻¹.
+    pub fn density(&self, response: Response) -> f32 {
+        let drawn_lobe = response.lobe * ((self.shininess + 1.0) / (self.shininess + 2.0));
+        (1.0 - self.glossy) * response.cosine / PI + self.glossy * drawn_lobe
+    }
+
+    /// Draws a direction by `u` ∈ [0, 1)³: by the cosine, or by the lobe about the mirrored eye. `None` where it points into
+    /// the surface: below the facet, or where nothing is reflected.
+    pub fn bounce(&self, [u, v, choice]: [f32; 3]) -> Option<Bounce> {
+        let direction = if choice < self.glossy {
+            let mirrored = 2.0 * self.normal.dot(self.to_eye) * self.normal - self.to_eye;
+            around(mirrored, u.powf((self.shininess + 1.0).recip()), v)
+        } else {
+            around(self.normal, u.sqrt(), v)
+        };
+        let response = self.response(direction);
+        let density = self.density(response);
+        if self.facet.dot(direction) <= 0.0 || response.cosine <= 0.0 || density <= 0.0 {
+            return None;
+        }
+        let of_source = self.reflect(response) / density;
+        let diffuse = || self.kd * (response.cosine / (PI * density));
+        let of_beyond = if self.mirror { diffuse() } else { of_source };
+        Some(Bounce { ray: self.ray_to(direction, f32::INFINITY), density, of_source, of_beyond })
+    }
+}
+
+/// Share of the highlight in what is reflected, all channels together.
+fn glossy_share(kd: Vec3, ks: Vec3, shininess: f32) -> f32 {
+    let highlight = ks.element_sum();
+    if highlight > 0.0 && shininess >= WIDE { highlight / (highlight + kd.element_sum()) } else { 0.0 }
+}
+
+/// The unit direction at angle acos(`cosine`) from a unit `axis`, turned about it by `turn` ∈ [0, 1).
+fn around(axis: Vec3, cosine: f32, turn: f32) -> Vec3 {
+    let (x, y) = axis.any_orthonormal_pair();
+    let (sin, cos) = (turn * TAU).sin_cos();
+    let radius = (1.0 - cosine * cosine).max(0.0).sqrt();
+    (x * (radius * cos) + y * (radius * sin) + axis * cosine).normalize()
+}
