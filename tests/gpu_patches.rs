@@ -70,6 +70,7 @@ impl Twins {
         let camera = Camera { position: eye, look_at, up: Vec3::Y, vertical_fov: 45.0 };
         let view = View::new(&camera, SIZE, scene.diagonal());
         let options = Options {
+            indirect: false,
             seed: 1,
             priority: Priority::Error,
             min_pixels: 3.0,

@@ -210,7 +210,11 @@ fn nothing_shines_through_smooth_walls() {
     scene.normals = scene.triangles.iter().map(|t| t.map(|i| inwards(&scene, i))).collect();
     light(&mut scene, LightKind::Point { position: Vec3::new(3.0, 1.0, 0.0), intensity: Vec3::splat(1e4) });
     let image = render(&scene, &camera(Vec3::ZERO, Vec3::X, 120.0), FULL, 256, 7);
-    assert!(image.mean.iter().all(|m| m.truncate() == Vec3::ZERO && m.w == 1.0), "{:?}", image.mean.iter().max_by(|a, b| a.x.total_cmp(&b.x)));
+    assert!(
+        image.mean.iter().all(|m| m.truncate() == Vec3::ZERO && m.w == 1.0),
+        "{:?}",
+        image.mean.iter().max_by(|a, b| a.x.total_cmp(&b.x))
+    );
 }
 
 /// Direct and indirect irradiance of the Cornell box, from 3·10⁶ paths a point of another program.
@@ -234,7 +238,10 @@ fn cornell_box_irradiances() {
         let settings = Settings { transport: Transport::Direct, ..FULL };
         // The lamp hangs 0.1 below the ceiling here too, and lights none of it.
         let found = estimate(&scene, &camera, settings, 64, 8);
-        assert!((found.mean * PI / kd - direct).abs().cmple(direct * 2e-3 + found.error * 14.0).all(), "{point}: {found:?}");
+        assert!(
+            (found.mean * PI / kd - direct).abs().cmple(direct * 2e-3 + found.error * 14.0).all(),
+            "{point}: {found:?}"
+        );
         let found = estimate(&scene, &camera, FULL, 4096, 8);
         let irradiance = Estimate { mean: found.mean * PI / kd, error: found.error * PI / kd };
         println!("{point}: {irradiance:?} {}", direct + indirect);

@@ -4,7 +4,7 @@ use super::surface::{arrival, seen};
 use super::{Figure, Step, cpu_seconds};
 use crate::geom::Ray;
 use crate::math::{combine, hemisphere::Density, sequence::Sequence};
-use crate::reference::{Accumulator, Filter};
+use crate::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use crate::scene::camera::{ImageSize, View};
 use crate::shade::world::World;
 use glam::Vec2;
@@ -100,7 +100,8 @@ fn batches(world: &World<'_>, view: &View) -> [Batch; 3] {
 /// Millions of rays a CPU second of this thread in one sample a pixel.
 fn path_tracer_rate(world: &World<'_>, view: &View) -> f64 {
     let mut accumulator = Accumulator::new(view);
+    let settings = Settings { filter: Filter::Box, transport: Transport::Full, strategy: Strategy::Both };
     let mut rays = 0;
-    let seconds = cpu_seconds(|| rays = accumulator.pass(world, view, Filter::Box, || false).rays);
+    let seconds = cpu_seconds(|| rays = accumulator.pass(world, view, settings, || false).rays);
     rays as f64 / seconds * 1e-6
 }

@@ -341,7 +341,13 @@ impl Cache {
         let layers: usize = self.layers.iter().map(|l| l.visibility.bytes() + l.sums.bytes()).sum();
         let maps = self.names.capacity() * size_of::<(VertexName, VertexId)>()
             + self.roots.capacity() * size_of::<(FaceId, NodeId)>();
-        layers + self.indirect.bytes() + maps + self.topology.bytes() + self.vertices.bytes() + self.slots.bytes() + self.leaves.bytes()
+        layers
+            + self.indirect.bytes()
+            + maps
+            + self.topology.bytes()
+            + self.vertices.bytes()
+            + self.slots.bytes()
+            + self.leaves.bytes()
     }
 
     /// Checks hierarchy, slots and drawn triangles against each other.

@@ -139,7 +139,8 @@ impl Cache {
     pub fn indirect_at(&self, hit: &Hit, distance: f32) -> Option<Vec3> {
         let mut node = self.root_of(hit.face())?;
         let mut weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        while let (true, Some(first)) = (self.topology.nodes[node.0].indirect.split, self.topology.nodes[node.0].child) {
+        while let (true, Some(first)) = (self.topology.nodes[node.0].indirect.split, self.topology.nodes[node.0].child)
+        {
             node = descend(first, &mut weights);
         }
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);

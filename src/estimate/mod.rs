@@ -1,4 +1,4 @@
-//! Estimators: what is kept of light arriving at a point from one source.
+//! Estimators: what is kept of light arriving at a point from one source, and how the light of a hemisphere is gathered.
 
 pub mod hemisphere;
 pub mod light_vector;

@@ -66,13 +66,7 @@ impl Tracer<'_> {
 
     /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the rest
     /// is left to [`Self::direct`].
-    pub(super) fn share_of_hit(
-        &self,
-        surface: &Surface,
-        triangle: TriangleId,
-        offset: Vec3,
-        density: f32,
-    ) -> f32 {
+    pub(super) fn share_of_hit(&self, surface: &Surface, triangle: TriangleId, offset: Vec3, density: f32) -> f32 {
         let lights = self.world.lights;
         let Some(light) = lights.of_triangle(triangle) else { return 1.0 };
         match (self.settings.strategy, &lights.sources[light]) {

@@ -18,6 +18,12 @@ const RAYS_A_SAMPLE: f32 = 2.0;
 const UNMEASURED: f32 = 0.05;
 /// The same where corners are covered by other geometry, whose light is not the surface's.
 const COVERED: f32 = 0.25;
+/// The same for what no vertex of a large leaf has seen, against what is typical of the image.
+const UNSEEN: f32 = 0.02;
+/// Pixels of a leaf that may hide something.
+const LARGE: f32 = 64.0;
+/// Least reflectance that light is judged by.
+const LEAST_REFLECTANCE: f32 = 0.05;
 /// Standard deviation of a vertex that was never sampled against the mean of the image.
 const UNSAMPLED: f32 = 0.5;
 /// How many times its expected noise a squared surplus must exceed for it to be believed: two standard deviations.
@@ -46,7 +52,7 @@ impl Judge<'_> {
         let (least, most) = (valid().fold(f32::INFINITY, f32::min), valid().fold(0.0, f32::max));
         if covered.iter().all(|&c| c) {
             // Whatever its corners know is not its own light.
-            return [(COVERED * self.mean).powi(2), noise];
+            return [(COVERED * self.typical(id)).powi(2), noise];
         }
         let contrast = CONTRAST_WEIGHT * (most - least).powi(2);
         let interpolation = if covered.contains(&true) {
@@ -54,9 +60,15 @@ impl Judge<'_> {
         } else if node.indirect.surplus.is_finite() {
             node.indirect.surplus + SURPLUS_TO_MSE * CHILD * contrast
         } else {
-            (UNMEASURED * most).powi(2) + contrast
+            (UNMEASURED * most.max(self.typical(id))).powi(2) + contrast
         };
         [interpolation, noise]
+    }
+
+    /// D that would make a node's face as bright as the image is in the mean.
+    fn typical(&self, id: NodeId) -> f32 {
+        let reflectance = self.reflectances.noise_gain(self.scene, self.cache.topology.nodes[id.0].face).sqrt();
+        self.mean / reflectance.max(LEAST_REFLECTANCE)
     }
 
     fn is_covered(&self, slot: SlotId) -> bool {
@@ -95,7 +107,8 @@ impl Judge<'_> {
         if node.level >= MAX_LEVEL || node.indirect.pixels <= self.options.min_pixels || !known {
             return 0.0;
         }
-        let error = self.indirect_error(id)[0] * self.gain(id);
+        let unseen = if node.indirect.pixels > LARGE { (UNSEEN * self.typical(id)).powi(2) } else { 0.0 };
+        let error = (self.indirect_error(id)[0] + unseen) * self.gain(id);
         if error < (self.tolerance * self.mean).powi(2) {
             return 0.0;
         }

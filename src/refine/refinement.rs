@@ -112,9 +112,7 @@ impl Engine {
                 let current = self.cache.vertices[id.0].progress.version == version;
                 current.then(|| self.judge().vertex_key(id, self.rays_of(task)))
             }
-            Task::Gather(id) => {
-                (self.cache.vertices[id.0].gathers == version).then(|| self.judge().gather_key(id))
-            }
+            Task::Gather(id) => (self.cache.vertices[id.0].gathers == version).then(|| self.judge().gather_key(id)),
             Task::Refine(id) => {
                 let node = &self.cache.topology.nodes[id.0].indirect;
                 (!node.split && node.version == version).then(|| self.judge().refine_key(id))
