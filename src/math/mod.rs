@@ -1,9 +1,10 @@
-//! Colour luminance, hashing for seeds, sampling sequences, light of polygons, spherical triangles.
+//! Colour luminance, hashing for seeds, sampling sequences, light of polygons, triangles.
 
 pub mod phong_polygon;
 pub mod polygon;
 pub mod sequence;
 pub mod spherical_triangle;
+pub mod triangle;
 
 use glam::Vec3;
 

@@ -148,6 +148,7 @@ impl Engine {
         let slots = self.drawn_slots(&leaves);
         self.enqueue_first_visits(&leaves, &slots);
         self.evaluate(&slots);
+        self.look_for_highlights(&leaves);
         leaves.iter().for_each(|&leaf| self.account(leaf));
         if self.first_visits.is_empty() {
             self.enqueue_leaves(&leaves);
