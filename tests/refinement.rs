@@ -317,6 +317,27 @@ fn small_shadows_near_the_eye_are_found() {
     assert!(in_the_shadow(72.0) < 0.01);
 }
 
+/// A mirror-like highlight in the middle of a face, of which its corners know nothing, is found and followed to its peak.
+#[test]
+fn highlights_between_vertices_are_found() {
+    let (eye, position, shininess) = (Vec3::new(-0.6, 0.9, 0.2), Vec3::new(0.7, 1.1, 0.05), 500.0);
+    let mut scene = Scene::default();
+    let glossy = material(&mut scene, |m| (m.kd, m.ks, m.shininess) = (Vec3::ZERO, Vec3::ONE, shininess));
+    let ids = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 1, glossy);
+    light(&mut scene, LightKind::Point { position, intensity: Vec3::ONE });
+    let options = Options { shadow_size: 10.0, ..refine(0) };
+    let mirror = solve_pixels(&mut engine_with(scene, 1, options), &front(&ids), 100_000, eye);
+    // The eye's mirror image sees the light through the peak.
+    let image = eye * Vec3::new(1.0, -1.0, 1.0);
+    let ray = position - image;
+    let at_peak = image + ray * (-image.y / ray.y);
+    let distance = position.distance(at_peak);
+    let exact = (position.y / distance) / distance.powi(2) * (shininess + 2.0) / (2.0 * PI);
+    let slots = front(&ids).iter().flat_map(|&f| mirror.triangles(f)).flatten().collect::<Vec<_>>();
+    let shown = slots.iter().map(|s| s.specular.x).fold(0.0, f32::max);
+    assert!(shown > 0.97 * exact && shown < 1.03 * exact, "{shown} of {exact}");
+}
+
 /// An engine whose updates nobody takes waits, and does not keep the program from ending.
 #[test]
 fn a_waiting_engine_can_be_dropped() {

@@ -75,6 +75,11 @@ pub struct Work {
     pub share: f32,
     /// Expected square error of interpolation from its parent's surplus, luminance².
     pub surplus: f32,
+    /// How much brighter than it is drawn a highlight between its corners is (specular luminance S), and the share of it
+    /// that the highlight covers.
+    pub highlight: f32,
+    /// See `highlight`.
+    pub highlight_share: f32,
     /// Generation of the camera that last saw it.
     pub generation: u32,
     /// Raised whenever its key changes: queued entries of older versions are void.

@@ -1,10 +1,11 @@
-//! Colour luminance, hashing for seeds, sampling sequences, hemispheres, light of polygons, spherical triangles.
+//! Colour luminance, hashing for seeds, sampling sequences, hemispheres, light of polygons, triangles.
 
 pub mod hemisphere;
 pub mod phong_polygon;
 pub mod polygon;
 pub mod sequence;
 pub mod spherical_triangle;
+pub mod triangle;
 
 use glam::Vec3;
 

@@ -149,6 +149,7 @@ impl Engine {
         self.enqueue_first_visits(&leaves, &slots);
         self.evaluate(&slots);
         self.cache.refresh_indirect(&slots, self.eye);
+        self.look_for_highlights(&leaves);
         leaves.iter().for_each(|&leaf| self.account(leaf));
         if self.first_visits.is_empty() {
             self.enqueue_leaves(&leaves);

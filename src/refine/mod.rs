@@ -1,7 +1,8 @@
 //! The light engine: it owns the cache, decides what to trace next, and tells the GPU what changed.
 
 pub mod engine;
-pub mod image_error;
+mod highlights;
+mod image_error;
 mod indirect;
 mod indirect_priority;
 pub mod nice;

@@ -128,7 +128,9 @@ impl Judge<'_> {
         let noise_gain = self.reflectances.noise_gain(self.scene, node.face);
         let variance = node.corners.map(|slot| self.cache.slots[slot.0].direct.variance).iter().sum::<f32>();
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
-        let interpolation = node.work.surplus + SURPLUS_TO_MSE * CHILD * unseen;
+        let highlight = self.highlight(id);
+        let interpolation =
+            node.work.surplus + SURPLUS_TO_MSE * CHILD * unseen + highlight * highlight * node.work.highlight_share;
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
@@ -167,7 +169,9 @@ impl Judge<'_> {
         let node = &self.cache.topology.nodes[id.0];
         let light = self.leaf(id);
         // A hard edge is a line: a leaf across it is refined until the line is a pixel wide.
-        let hard = light.covered || light.contrast > HARD_CONTRAST;
+        let highlight = self.highlight(id);
+        let glints = highlight > HARD_CONTRAST * (highlight + 2.0 * light.mean);
+        let hard = light.covered || light.contrast > HARD_CONTRAST || glints;
         // One of the children of a leaf of one pixel has that pixel again: there the leaf's share of its face says how
         // small it is.
         let pixels = if node.work.pixels > 1.0 { node.work.pixels } else { node.work.pixels.min(node.work.share) };
@@ -187,6 +191,12 @@ impl Judge<'_> {
         }
         let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
         node.work.pixels * error / (1.0 + VERTEX_COST * new as f32)
+    }
+
+    /// How much brighter than it is drawn a leaf is somewhere between its corners.
+    fn highlight(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        self.reflectances.of_face(self.scene, node.face)[1] * node.work.highlight
     }
 
     /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white all over

@@ -37,6 +37,7 @@ impl Engine {
         let slots = self.slots_of_all(&vertices);
         self.evaluate(&slots);
         let nodes = self.nodes_around(&slots);
+        self.look_for_highlights(&nodes);
         nodes.iter().for_each(|&node| self.account(node));
         if self.first_visits.is_empty() {
             let leaves = self.all_visible_leaves();
@@ -244,11 +245,11 @@ impl Engine {
         nodes.extend(fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))));
         nodes.sort_unstable();
         nodes.dedup();
+        nodes.retain(|node| self.cache.topology.nodes[node.0].child.is_none());
+        self.look_for_highlights(&nodes);
         for node in nodes {
-            if self.cache.topology.nodes[node.0].child.is_none() {
-                self.account(node);
-                self.enqueue_split(node);
-            }
+            self.account(node);
+            self.enqueue_split(node);
         }
     }
 

@@ -138,6 +138,12 @@ impl AreaSource {
         }
     }
 
+    /// A sphere that holds the source: centre and radius.
+    #[must_use]
+    pub const fn sphere(&self) -> (Vec3, f32) {
+        (self.centre, self.radius)
+    }
+
     /// The unoccluded light at `x` in closed form; `None` where more outlines face `x` than
     /// 64 unmerged triangles have: then sample. Zero in the
     /// plane of the source and behind it.

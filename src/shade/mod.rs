@@ -6,6 +6,7 @@ pub mod area_sampler;
 mod area_specular;
 mod emission;
 mod facets;
+pub mod highlight;
 pub mod lights;
 pub mod phong;
 pub mod world;

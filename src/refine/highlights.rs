@@ -1,0 +1,71 @@
+//! Highlights between vertices: S is known at vertices alone, and a sharp highlight may lie between them unseen.
+
+use super::engine::Engine;
+use crate::cache::topology::NodeId;
+use crate::math::luminance;
+use crate::shade::highlight::GlossyTriangle;
+use glam::Vec3;
+
+/// Luminance against the image's mean, or what the leaf shows, below which a highlight is not looked for.
+const FLOOR: f32 = 0.02;
+
+/// A highlight that a leaf's corners do not show.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hidden {
+    /// How much brighter the leaf is there than it is drawn: specular luminance S.
+    pub surplus: f32,
+    /// Share of the leaf that it covers.
+    pub share: f32,
+}
+
+impl Engine {
+    /// Looks for highlights hidden in leaves. No ray is traced: lights are as visible as they are at the corners.
+    pub(super) fn look_for_highlights(&mut self, nodes: &[NodeId]) {
+        for node in nodes {
+            let work = &mut self.cache.topology.nodes[node.0].work;
+            (work.highlight, work.highlight_share) = (0.0, 0.0);
+        }
+        let glossy: Vec<NodeId> = nodes.iter().copied().filter(|&node| self.shows_highlights(node)).collect();
+        let engine = &*self;
+        let found = self
+            .workers
+            .map_chunks(&glossy, |chunk| chunk.iter().map(|&node| engine.hidden_highlight(node)).collect::<Vec<_>>());
+        for (node, hidden) in glossy.into_iter().zip(found.into_iter().flatten()) {
+            let work = &mut self.cache.topology.nodes[node.0].work;
+            (work.highlight, work.highlight_share) = (hidden.surplus, hidden.share);
+        }
+    }
+
+    /// Whether a leaf is seen, glossy, and its corners are known.
+    fn shows_highlights(&self, id: NodeId) -> bool {
+        let node = &self.cache.topology.nodes[id.0];
+        let slots = node.corners.map(|slot| &self.cache.slots[slot.0]);
+        node.work.pixels > 0.0
+            && node.work.generation == self.generation
+            && slots.iter().all(|slot| slot.direct.known && slot.shininess.is_some())
+    }
+
+    fn hidden_highlight(&self, id: NodeId) -> Hidden {
+        let corners = self.cache.topology.nodes[id.0].corners.map(|slot| &self.cache.slots[slot.0]);
+        let vertices = corners.map(|slot| slot.vertex);
+        let shown = corners.map(|slot| luminance(slot.direct.specular));
+        let shininess = corners[0].shininess.unwrap_or(0.0);
+        let positions = self.cache.corner_positions(id);
+        let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.eye);
+        let floor = FLOOR * self.image.mean() + shown.iter().fold(f32::INFINITY, |m, &s| m.min(s));
+        let mut hidden = Hidden::default();
+        for (source, layer) in self.lights.sources.iter().zip(&self.cache.layers) {
+            let visible = vertices.map(|v| layer.visibility.get(v.0).fraction()).iter().sum::<f32>() / 3.0;
+            if visible == 0.0 {
+                continue;
+            }
+            let Some(peak) = triangle.peak(&self.scene, source, (floor + hidden.surplus) / visible) else { continue };
+            let drawn = Vec3::from(shown).dot(Vec3::from(peak.at));
+            let surplus = luminance(peak.specular) * visible - drawn;
+            if surplus > hidden.surplus {
+                hidden = Hidden { surplus, share: peak.share };
+            }
+        }
+        hidden
+    }
+}
