@@ -2,4 +2,5 @@
 
 pub mod hemisphere;
 pub mod light_vector;
+pub mod stratification;
 pub mod visibility;
