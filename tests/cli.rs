@@ -81,6 +81,9 @@ fn wrong_input_is_named_with_status_2_and_leaves_nothing_behind() {
         ("render {cornell} -o a.png --log l.csv --reference none.exr", "none.exr: cannot read"),
         ("render {cornell} -o a.png --size 0x3", "WIDTHxHEIGHT"),
         ("render {cornell} -o a.png --frams 3", "--frames"),
+        ("bench", "scenes/cornell_box/cornell_box.toml is not here"),
+        ("bench {cornell} --camera back", "--camera back: the scene has main"),
+        ("bench {cornell} --threads 0", "--threads"),
         ("reference none.toml -o a.exr --direct-only", "none.toml: cannot read"),
         ("reference {cornell} -o a.exr --direct-only --camera back", "--camera back: the scene has main"),
     ] {
@@ -328,4 +331,30 @@ fn without_vulkan_the_package_to_install_is_named() {
         assert!(stderr(&output).contains("apt install"), "{line}: {}", stderr(&output));
         assert!(output.stdout.is_empty());
     }
+}
+
+#[test]
+fn bench_measures_what_it_promises() {
+    let output = run(Path::new("."), "bench {cornell} --json --threads 2 --seed 3");
+    assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&found["seed"], &found["lights"]), (&serde_json::json!(3), &serde_json::json!(1)));
+    for rate in ["camera", "closest", "shadow", "path_tracer", "path_tracer_share"] {
+        assert!(found["rates"][rate]["median"].as_f64().unwrap() > 0.01, "{rate}: {}", found["rates"]);
+    }
+    assert!(found["choice"].as_array().unwrap().iter().all(|c| c["nanoseconds"]["median"].as_f64().unwrap() > 1.0));
+    let errors = found["hemisphere"]["errors"].as_array().unwrap();
+    assert_eq!(errors.len(), 2 * 3 * 4, "kinds of hits, methods, allowances");
+    for row in errors {
+        let value = |key: &str| row[key].as_f64().unwrap();
+        assert!(value("rays") <= value("allowed") && value("bias").abs() <= value("rmse"), "{row}");
+        if row["method"] == "stratified" {
+            assert!(value("bias").abs() < 4.0 * value("bias_error"), "{row}");
+            assert!((0.7..2.0).contains(&(value("expected") / value("rmse"))), "{row}");
+        } else {
+            assert!(row["expected"].is_null(), "{row}");
+        }
+    }
+    let stratified: Vec<f64> = errors[..4].iter().map(|row| row["rmse"].as_f64().unwrap()).collect();
+    assert!(stratified[3] < stratified[0] / 8.0, "as independent rays, or worse: {stratified:?}");
 }

@@ -138,7 +138,17 @@ fn every_option_of_diff_arrives() {
 }
 
 #[test]
-fn reference_options() {
+fn every_option_of_bench_arrives() {
+    let line = "bench s.toml --camera c --json --threads 3 --seed 5 -q";
+    let Ok(Command::Bench(args)) = parse(line) else { panic!("{line}") };
+    assert_eq!((args.scene, args.camera.as_deref()), (Some("s.toml".into()), Some("c")));
+    assert_eq!((args.json, args.threads, args.seed, args.verbosity.quiet), (true, Some(3), 5, true));
+    let Ok(Command::Bench(args)) = parse("bench") else { panic!("no scene") };
+    assert_eq!((args.scene, args.seed), (None, 0));
+}
+
+#[test]
+fn reference_traces_direct_light_only_for_now() {
     let args = reference("s.toml -o r.exr --direct-only --spp 64 --filter point --threads 3 --seed 5 --size 8x4");
     assert!(args.direct_only && !args.match_method);
     assert_eq!((args.spp, args.filter, args.threads, args.seed), (Some(64), PixelFilter::Point, Some(3), 5));

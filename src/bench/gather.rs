@@ -4,12 +4,14 @@ use super::Step;
 use super::surface::{reflected, seen};
 use crate::estimate::hemisphere::{Method, gather};
 use crate::estimate::light_vector::LightVector;
+use crate::estimate::stratification::Stratification;
 use crate::geom::Ray;
 use crate::math::{combine, luminance, sequence::Sequence};
 use crate::scene::camera::View;
 use crate::shade::world::{Site, World};
 use rayon::prelude::*;
 use serde::Serialize;
+use std::ops::Range;
 
 /// What a gather ray finds at its hit: light of the first bounce.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -49,12 +51,12 @@ pub struct Errors {
     pub bias: f64,
     /// Standard error of `bias`.
     pub bias_error: f64,
-    /// What [`LightVector::variance_of_mean`] expected `rmse` to be; only where it is meant to hold.
+    /// What [`Stratification`] expects `rmse` to be after two rounds at each place; only where it is meant to hold.
     pub expected: Option<f64>,
 }
 
-const POINTS: u32 = 512;
-const TRUTH: u32 = 1 << 16;
+const POINTS: u32 = 256;
+const TRUTH: u32 = 1 << 14;
 /// Rays allowed.
 const ALLOWED: [u32; 4] = [16, 64, 256, 1024];
 /// Gathers a place and row.
@@ -80,41 +82,56 @@ pub fn measure(world: &World<'_>, view: &View, step: &Step<'_>) -> Option<Study>
 
 /// Luminance of the irradiance at each place.
 fn truths(world: &World<'_>, sites: &[Site], hits: Hits, step: &Step<'_>) -> Option<Vec<f64>> {
-    let done = std::sync::atomic::AtomicUsize::new(0);
     let truth = |site: &Site| {
-        let count = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-        step(&format!("truth of place {count} of {}", sites.len())).then(|| {
-            let (vector, _) = gather_at(world, site, hits, Method::Stratified, TRUTH, u64::MAX);
+        step("light by very many rays").then(|| {
+            let gather = Gather { world, site, hits, method: Method::Stratified };
+            let (vector, _) = gather.rays(0..TRUTH, u64::MAX);
             f64::from(luminance(vector.irradiance()))
         })
     };
     sites.par_iter().map(truth).collect()
 }
 
-/// A gather from a place, and the rays that it took.
-fn gather_at(
-    world: &World<'_>,
-    site: &Site,
+/// How light is gathered at a place.
+struct Gather<'a> {
+    world: &'a World<'a>,
+    site: &'a Site,
     hits: Hits,
     method: Method,
-    allowed: u32,
-    seed: u64,
-) -> (LightVector, u32) {
-    let sequence = Sequence::new(combine(combine(world.seed, site.key), seed));
-    let mut vector = LightVector::default();
-    let radiance = |index, direction| {
-        let ray = Ray { origin: site.origin, direction, t_max: f32::INFINITY };
-        let [_, _, u, v] = sequence.point(index);
-        let [pick, ..] = sequence.point_of_set(index, 1);
-        let random = if hits == Hits::Random { [u, v, pick] } else { [0.5; 3] };
-        world.bvh.closest(world.scene, &ray).map_or_else(Default::default, |hit| reflected(world, &hit, random))
-    };
-    let sink = |sample| vector.push(site.normal, &sample);
-    let gathered = gather(method, &[site.normal], 0..allowed, &sequence, radiance, sink);
-    (vector, gathered.rays)
 }
 
-/// What one gather did: error, expected square error, rays.
+impl Gather<'_> {
+    /// What a range of rays finds, and the number of rays that it took.
+    fn rays(&self, rays: Range<u32>, seed: u64) -> (LightVector, u32) {
+        let Self { world, site, hits, method } = *self;
+        let sequence = Sequence::new(combine(combine(world.seed, site.key), seed));
+        let mut vector = LightVector::default();
+        let radiance = |index, direction| {
+            let ray = Ray { origin: site.origin, direction, t_max: f32::INFINITY };
+            let [_, _, u, v] = sequence.point(index);
+            let [pick, ..] = sequence.point_of_set(index, 1);
+            let random = if hits == Hits::Random { [u, v, pick] } else { [0.5; 3] };
+            world.bvh.closest(world.scene, &ray).map_or_else(Default::default, |hit| reflected(world, &hit, random))
+        };
+        let sink = |sample| vector.push(site.normal, &sample);
+        let gathered = gather(method, &[site.normal], rays, &sequence, radiance, sink);
+        (vector, gathered.rays)
+    }
+
+    /// What so many rays find, stratified ones in two rounds of which `pool` takes note.
+    fn trial(&self, allowed: u32, seed: u64, pool: &mut Stratification) -> (LightVector, u32) {
+        if self.method != Method::Stratified {
+            return self.rays(0..allowed, seed);
+        }
+        let ((mut vector, first), (more, second)) =
+            (self.rays(0..allowed / 2, seed), self.rays(allowed / 2..allowed, seed));
+        pool.note(&vector, &more);
+        vector.add(&more);
+        (vector, first + second)
+    }
+}
+
+/// One gather: error, independent variance, rays.
 type Trial = (f64, f64, u32);
 
 fn row(
@@ -125,24 +142,30 @@ fn row(
     (name, method): (&'static str, Method),
     allowed: u32,
 ) -> Errors {
-    let trial = |(site, truth): (&Site, &f64)| -> [Trial; REPETITIONS as usize] {
-        std::array::from_fn(|seed| {
-            let (vector, rays) = gather_at(world, site, hits, method, allowed, seed as u64);
+    let at_site = |(site, truth): (&Site, &f64)| {
+        let mut pool = Stratification::default();
+        let trials: [Trial; REPETITIONS as usize] = std::array::from_fn(|seed| {
+            let (vector, rays) = Gather { world, site, hits, method }.trial(allowed, seed as u64, &mut pool);
             let error = f64::from(luminance(vector.irradiance())) - truth;
-            (error, f64::from(vector.variance_of_mean()), rays)
-        })
+            (error, f64::from(vector.independent_variance()), rays)
+        });
+        (trials, pool)
     };
-    let trials: Vec<Trial> = sites.par_iter().zip(truths).flat_map_iter(trial).collect();
+    let all: Vec<_> = sites.par_iter().zip(truths).map(at_site).collect();
+    let mut pool = Stratification::default();
+    all.iter().for_each(|(_, noted)| pool.add(noted));
+    let trials: Vec<Trial> = all.iter().flat_map(|(trials, _)| *trials).collect();
     let count = trials.len() as f64;
-    let mean = |value: &dyn Fn(&Trial) -> f64| trials.iter().map(value).sum::<f64>() / count;
+    let mean = |value: fn(&Trial) -> f64| trials.iter().map(value).sum::<f64>() / count;
     let scale = truths.iter().sum::<f64>() / truths.len() as f64;
-    let (bias, square) = (mean(&|t| t.0), mean(&|t| t.0 * t.0));
-    let expected = (method == Method::Stratified).then(|| mean(&|t| t.1).sqrt() / scale);
+    let (bias, square) = (mean(|t| t.0), mean(|t| t.0 * t.0));
+    let expected =
+        (method == Method::Stratified).then(|| (mean(|t| t.1) * f64::from(pool.gain(allowed))).sqrt() / scale);
     Errors {
         method: name,
         hits,
         allowed,
-        rays: mean(&|t| f64::from(t.2)),
+        rays: mean(|t| f64::from(t.2)),
         rmse: square.sqrt() / scale,
         bias: bias / scale,
         bias_error: ((square - bias * bias) / (count - 1.0)).sqrt() / scale,

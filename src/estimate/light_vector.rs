@@ -5,6 +5,7 @@
 //! hemisphere.
 
 use super::hemisphere::Sample;
+use super::stratification::usual_gain;
 use crate::math::luminance;
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -76,19 +77,26 @@ impl LightVector {
         self.fluence / self.count()
     }
 
-    /// Variance of the luminance of [`Self::irradiance`], (W·m⁻²)²; infinite with fewer than two samples.
-    ///
-    /// That of independent samples times [`stratification_gain`]: an expectation over many points, not a bound for one.
-    /// It holds for rounds of [`super::hemisphere::Method::Stratified`]; the other methods' error is no variance.
+    /// Variance of the luminance of [`Self::irradiance`] if the samples were independent, (W·m⁻²)²; infinite with fewer
+    /// than two.
     #[must_use]
-    pub fn variance_of_mean(&self) -> f32 {
+    pub fn independent_variance(&self) -> f32 {
         if self.samples < 2 {
             return f32::INFINITY;
         }
         let n = self.samples as f32;
         let mean = luminance(self.irradiance) / n;
-        let variance = (self.squares / n - mean * mean).max(0.0) * n / (n - 1.0);
-        variance / n * stratification_gain(self.samples)
+        (self.squares / n - mean * mean).max(0.0) / (n - 1.0)
+    }
+
+    /// The same for stratified samples, by the usual [`gain`](super::stratification::usual_gain): right within a factor
+    /// of 10, as scenes differ that much. [`Stratification`](super::stratification::Stratification) measures it instead.
+    ///
+    /// It is for rounds of [`Method::Stratified`](super::hemisphere::Method::Stratified); the error of the other methods
+    /// is no variance.
+    #[must_use]
+    pub fn variance_of_mean(&self) -> f32 {
+        self.independent_variance() * usual_gain(self.samples)
     }
 
     /// How wide the light is, |V|/Φ: 1 from one direction, 1/2 from an even hemisphere, 0 from a ring at the horizon.
@@ -129,13 +137,6 @@ impl LightVector {
     fn count(&self) -> f32 {
         self.samples.max(1) as f32
     }
-}
-
-/// Variance of the mean of `n` stratified samples against that of independent ones, on average over points of a scene:
-/// n^-0.3, as measured (docs/bench.md).
-#[must_use]
-pub fn stratification_gain(n: u32) -> f32 {
-    (n.max(1) as f32).powf(-0.3)
 }
 
 #[cfg(test)]
@@ -217,6 +218,6 @@ mod tests {
         light.push(Vec3::Z, &sample(1.0));
         assert_eq!((light.samples(), light.irradiance().x, light.fluence()), (2, 1.0, 1.0));
         // Samples 0 and 2: variance 2, of the mean 1 if they were independent.
-        assert!((light.variance_of_mean() - stratification_gain(2)).abs() < 1e-6);
+        assert!((light.variance_of_mean() - usual_gain(2)).abs() < 1e-6);
     }
 }

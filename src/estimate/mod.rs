@@ -2,5 +2,6 @@
 
 pub mod hemisphere;
 pub mod light_vector;
+pub mod stratification;
 pub mod surface;
 pub mod visibility;
