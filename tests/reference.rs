@@ -210,7 +210,26 @@ fn nothing_shines_through_smooth_walls() {
     scene.normals = scene.triangles.iter().map(|t| t.map(|i| inwards(&scene, i))).collect();
     light(&mut scene, LightKind::Point { position: Vec3::new(3.0, 1.0, 0.0), intensity: Vec3::splat(1e4) });
     let image = render(&scene, &camera(Vec3::ZERO, Vec3::X, 120.0), FULL, 256, 7);
-    assert!(image.mean.iter().all(|m| m.truncate() == Vec3::ZERO && m.w == 1.0), "{:?}", image.mean.iter().max_by(|a, b| a.x.total_cmp(&b.x)));
+    assert!(
+        image.mean.iter().all(|m| m.truncate() == Vec3::ZERO && m.w == 1.0),
+        "{:?}",
+        image.mean.iter().max_by(|a, b| a.x.total_cmp(&b.x))
+    );
+}
+
+#[test]
+fn the_back_of_a_lamp_is_dark() {
+    let mut scene = Scene::default();
+    let lamp = material(&mut scene, |m| (m.kd, m.ke) = (Vec3::ONE, Vec3::ONE));
+    // At a slant, so that rounding puts its points on either side of its plane.
+    let triangles =
+        patch(&mut scene, Vec3::new(-1.1, 0.3, 0.2), Vec3::new(2.0, 0.7, 0.3), Vec3::new(-0.3, 0.4, 2.1), 1, lamp);
+    let normal = scene.geometric_normal(triangles[0]);
+    light(&mut scene, LightKind::Area { triangles });
+    let camera = camera(-normal * 5.0, Vec3::ZERO, 60.0);
+    let image = render(&scene, &camera, FULL, 64, 12);
+    assert!(image.mean.iter().any(|m| m.w == 1.0));
+    assert!(image.mean.iter().all(|m| m.truncate() == Vec3::ZERO));
 }
 
 /// Direct and indirect irradiance of the Cornell box, from 3·10⁶ paths a point of another program.
@@ -234,7 +253,10 @@ fn cornell_box_irradiances() {
         let settings = Settings { transport: Transport::Direct, ..FULL };
         // The lamp hangs 0.1 below the ceiling here too, and lights none of it.
         let found = estimate(&scene, &camera, settings, 64, 8);
-        assert!((found.mean * PI / kd - direct).abs().cmple(direct * 2e-3 + found.error * 14.0).all(), "{point}: {found:?}");
+        assert!(
+            (found.mean * PI / kd - direct).abs().cmple(direct * 2e-3 + found.error * 14.0).all(),
+            "{point}: {found:?}"
+        );
         let found = estimate(&scene, &camera, FULL, 4096, 8);
         let irradiance = Estimate { mean: found.mean * PI / kd, error: found.error * PI / kd };
         println!("{point}: {irradiance:?} {}", direct + indirect);

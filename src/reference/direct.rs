@@ -20,7 +20,7 @@ impl Tracer<'_> {
             return (0..sources.len()).map(|light| self.from_light(surface, light, random.light(light as u32))).sum();
         }
         self.bounds.clear();
-        self.bounds.extend(sources.iter().map(|s| s.bound(surface.point, surface.normal)));
+        self.bounds.extend(sources.iter().map(|s| s.bound(surface.origin, surface.normal)));
         self.total_bound = self.bounds.iter().sum();
         let mut target = random.pick() * self.total_bound;
         let chosen = self.bounds.iter().position(|&bound| {
@@ -48,14 +48,14 @@ impl Tracer<'_> {
         let world = self.world;
         let both = self.settings.transport != Transport::Direct;
         let arrival = match &world.lights.sources[light] {
-            Source::Delta(kind) => delta_arrival(kind, surface.point),
+            Source::Delta(kind) => delta_arrival(kind, surface.origin),
             Source::Area(_) if both && self.settings.strategy == Strategy::Reflection => None,
-            Source::Area(area) => area.at(surface.point).sample(world.scene, [u, v]),
+            Source::Area(area) => area.at(surface.origin).sample(world.scene, [u, v]),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
         let response = surface.response(arrival.direction);
         let value = surface.reflect(response) * arrival.facing;
-        if luminance(value) <= 0.0 || self.occluded(&surface.ray_to(arrival.direction, arrival.distance)) {
+        if luminance(value) <= 0.0 || self.occluded(&surface.ray_to(&arrival)) {
             return Vec3::ZERO;
         }
         if arrival.measure > 0.0 && both && self.settings.strategy == Strategy::Both {
@@ -66,19 +66,13 @@ impl Tracer<'_> {
 
     /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the rest
     /// is left to [`Self::direct`].
-    pub(super) fn share_of_hit(
-        &self,
-        surface: &Surface,
-        triangle: TriangleId,
-        offset: Vec3,
-        density: f32,
-    ) -> f32 {
+    pub(super) fn share_of_hit(&self, surface: &Surface, triangle: TriangleId, offset: Vec3, density: f32) -> f32 {
         let lights = self.world.lights;
         let Some(light) = lights.of_triangle(triangle) else { return 1.0 };
         match (self.settings.strategy, &lights.sources[light]) {
             (Strategy::Lights, _) => 0.0,
             (Strategy::Both, Source::Area(area)) => {
-                share(density, self.chance(light) * area.at(surface.point).density(offset))
+                share(density, self.chance(light) * area.at(surface.origin).density(offset))
             }
             _ => 1.0,
         }

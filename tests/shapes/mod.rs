@@ -34,7 +34,8 @@ pub fn icosphere(
 ) -> Vec<TriangleId> {
     let g = 0.5 * (1.0 + 5f32.sqrt());
     let corners = [[0.0, 1.0, g], [0.0, -1.0, g], [0.0, 1.0, -g], [0.0, -1.0, -g]].map(Vec3::from_array);
-    let all: Vec<Vec3> = corners.iter().flat_map(|&c| [c, Vec3::new(c.y, c.z, c.x), Vec3::new(c.z, c.x, c.y)]).collect();
+    let all: Vec<Vec3> =
+        corners.iter().flat_map(|&c| [c, Vec3::new(c.y, c.z, c.x), Vec3::new(c.z, c.x, c.y)]).collect();
     let mut faces: Vec<[Vec3; 3]> = Vec::new();
     for (i, &a) in all.iter().enumerate() {
         for (j, &b) in all.iter().enumerate().skip(i + 1) {
