@@ -7,6 +7,7 @@ use glam::{DVec3, Vec2, Vec3};
 use penombre::math::mix;
 use penombre::math::spherical_triangle::solid_angle;
 use penombre::scene::light::LightKind;
+use penombre::scene::material::MaterialId;
 use penombre::scene::texture::{Texture, TextureId};
 use penombre::scene::{EmissionSide, FaceId, Scene, TriangleId};
 use penombre::shade::lights::{AreaSource, Arrival, Lights, Receiver, Source};
@@ -303,4 +304,46 @@ fn strata_stay_apart() {
     }
     let both: Vec<DVec3> = [0.25, 0.75].map(|u| point([u, 0.5]).as_dvec3()).to_vec();
     assert!(both[0].distance(both[1]) > 0.2);
+}
+
+#[test]
+fn the_density_of_a_sample_is_the_inverse_of_its_measure() {
+    let mut both = lamp(Vec3::new(0.1, 0.5, 0.0), Vec3::Z, Vec3::X, 1);
+    both.emission_side = EmissionSide::Both;
+    let scenes = [
+        lamp(Vec3::new(-0.5, 1.0, -0.5), Vec3::X, Vec3::Z, 1),
+        lamp(Vec3::new(-0.5, 30.0, -0.5), Vec3::X, Vec3::Z, 1),
+        // Facets near and far in one source; both sides; textured; in groups.
+        lamp(Vec3::new(0.02, 0.05, 0.0), Vec3::X * 9.0, Vec3::Z * 0.01, 1),
+        sphere(Vec3::new(0.2, 1.5, 0.0), 1.0, 3),
+        both,
+        window(),
+        sphere(Vec3::new(0.2, 1.5, 0.0), 1.0, 12),
+    ];
+    for (k, scene) in scenes.iter().enumerate() {
+        let source = area(scene);
+        let sampler = source.at(Vec3::new(0.01, 0.02, -0.03));
+        let mut samples = 0;
+        for i in 0..2000 {
+            let Some(arrival) = sampler.sample(scene, random(5, i)) else { continue };
+            let product = sampler.density(arrival.direction * arrival.distance) * arrival.measure;
+            assert!((product - 1.0).abs() < 1e-3, "scene {k}, sample {i}: {product}");
+            samples += 1;
+        }
+        assert!(samples > 500, "scene {k}");
+    }
+}
+
+#[test]
+fn every_triangle_knows_its_light() {
+    let mut scene = lamp(Vec3::Y, Vec3::X, Vec3::Z, 2);
+    let wall = material(&mut scene, |_| {});
+    let wall = patch(&mut scene, Vec3::ZERO, Vec3::X, Vec3::Z, 1, wall);
+    light(&mut scene, LightKind::Point { position: Vec3::Y, intensity: Vec3::ONE });
+    let other = patch(&mut scene, Vec3::X, Vec3::X, Vec3::Z, 1, MaterialId(0));
+    light(&mut scene, LightKind::Area { triangles: other.clone() });
+    let lights = Lights::new(&scene);
+    assert_eq!(lights.of_triangle(TriangleId(3)), Some(0));
+    assert_eq!(lights.of_triangle(other[1]), Some(2));
+    assert_eq!(lights.of_triangle(wall[0]), None);
 }

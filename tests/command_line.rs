@@ -148,7 +148,7 @@ fn every_option_of_bench_arrives() {
 }
 
 #[test]
-fn reference_traces_direct_light_only_for_now() {
+fn reference_options() {
     let args = reference("s.toml -o r.exr --direct-only --spp 64 --filter point --threads 3 --seed 5 --size 8x4");
     assert!(args.direct_only && !args.match_method);
     assert_eq!((args.spp, args.filter, args.threads, args.seed), (Some(64), PixelFilter::Point, Some(3), 5));

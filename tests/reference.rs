@@ -217,6 +217,21 @@ fn nothing_shines_through_smooth_walls() {
     );
 }
 
+#[test]
+fn the_back_of_a_lamp_is_dark() {
+    let mut scene = Scene::default();
+    let lamp = material(&mut scene, |m| (m.kd, m.ke) = (Vec3::ONE, Vec3::ONE));
+    // At a slant, so that rounding puts its points on either side of its plane.
+    let triangles =
+        patch(&mut scene, Vec3::new(-1.1, 0.3, 0.2), Vec3::new(2.0, 0.7, 0.3), Vec3::new(-0.3, 0.4, 2.1), 1, lamp);
+    let normal = scene.geometric_normal(triangles[0]);
+    light(&mut scene, LightKind::Area { triangles });
+    let camera = camera(-normal * 5.0, Vec3::ZERO, 60.0);
+    let image = render(&scene, &camera, FULL, 64, 12);
+    assert!(image.mean.iter().any(|m| m.w == 1.0));
+    assert!(image.mean.iter().all(|m| m.truncate() == Vec3::ZERO));
+}
+
 /// Direct and indirect irradiance of the Cornell box, from 3·10⁶ paths a point of another program.
 #[test]
 fn cornell_box_irradiances() {

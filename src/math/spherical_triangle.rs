@@ -26,7 +26,7 @@ pub fn direction(corner: DVec3, edges: [DVec3; 2], omega: f64, u: [f64; 2]) -> O
     let (n_ab, n_ac) = (a.cross(b), a.cross(c));
     // Angle at a, between the planes ab and ac, and cosine of the side ab.
     let (sin_a, cos_a) = (n_ab.cross(n_ac).length(), n_ab.dot(n_ac));
-    let norm = sin_a.hypot(cos_a);
+    let norm = (sin_a * sin_a + cos_a * cos_a).sqrt();
     let (sin_a, cos_a) = (sin_a / norm, cos_a / norm);
     let cos_ab = a.dot(b);
     // The sub-triangle a, b, c' of the wanted area, its corner c' on the side ac. With φ = area − angle a:

@@ -17,10 +17,10 @@ impl Tracer<'_> {
         let world = self.world;
         let sources = &world.lights.sources;
         if sources.len() <= SAMPLE_ALL {
-            return (0..sources.len()).map(|light| self.from_light(surface, light, random.light(light as u32))).sum();
+            return (0..sources.len()).map(|light| self.light(surface, light, random.light(light as u32))).sum();
         }
         self.bounds.clear();
-        self.bounds.extend(sources.iter().map(|s| s.bound(surface.point, surface.normal)));
+        self.bounds.extend(sources.iter().map(|s| s.bound(surface.origin, surface.normal)));
         self.total_bound = self.bounds.iter().sum();
         let mut target = random.pick() * self.total_bound;
         let chosen = self.bounds.iter().position(|&bound| {
@@ -31,7 +31,7 @@ impl Tracer<'_> {
         // Rounding may run past the end; the last light that can contribute stands in.
         let light = chosen.or_else(|| self.bounds.iter().rposition(|&b| b > 0.0));
         light.map_or(Vec3::ZERO, |light| {
-            self.from_light(surface, light, random.light(0)) * (self.total_bound / self.bounds[light])
+            self.light(surface, light, random.light(0)) * (self.total_bound / self.bounds[light])
         })
     }
 
@@ -44,18 +44,18 @@ impl Tracer<'_> {
         if bound > 0.0 { bound / self.total_bound } else { 0.0 }
     }
 
-    fn from_light(&mut self, surface: &Surface, light: usize, [u, v, ..]: [f32; 4]) -> Vec3 {
+    fn light(&mut self, surface: &Surface, light: usize, [u, v, ..]: [f32; 4]) -> Vec3 {
         let world = self.world;
         let both = self.settings.transport != Transport::Direct;
         let arrival = match &world.lights.sources[light] {
-            Source::Delta(kind) => delta_arrival(kind, surface.point),
+            Source::Delta(kind) => delta_arrival(kind, surface.origin),
             Source::Area(_) if both && self.settings.strategy == Strategy::Reflection => None,
-            Source::Area(area) => area.at(surface.point).sample(world.scene, [u, v]),
+            Source::Area(area) => area.at(surface.origin).sample(world.scene, [u, v]),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
         let response = surface.response(arrival.direction);
         let value = surface.reflect(response) * arrival.facing;
-        if luminance(value) <= 0.0 || self.occluded(&surface.ray_to(arrival.direction, arrival.distance)) {
+        if luminance(value) <= 0.0 || self.occluded(&surface.ray_to(&arrival)) {
             return Vec3::ZERO;
         }
         if arrival.measure > 0.0 && both && self.settings.strategy == Strategy::Both {
@@ -72,7 +72,7 @@ impl Tracer<'_> {
         match (self.settings.strategy, &lights.sources[light]) {
             (Strategy::Lights, _) => 0.0,
             (Strategy::Both, Source::Area(area)) => {
-                share(density, self.chance(light) * area.at(surface.point).density(offset))
+                share(density, self.chance(light) * area.at(surface.origin).density(offset))
             }
             _ => 1.0,
         }

@@ -114,7 +114,7 @@ impl<'a> Tracer<'a> {
             let Some(bounce) = surface.bounce([u, v, choice]) else { break };
             let Some(hit) = self.closest(&bounce.ray) else { break };
             let next = self.surface_beyond(&bounce.ray, &hit);
-            sum += throughput * bounce.of_source * self.emitted(&surface, &bounce, &hit, next.point);
+            sum += throughput * bounce.of_source * self.emitted(&surface, &bounce, &hit, next.point - surface.origin);
             throughput *= bounce.of_beyond;
             let survival = survival(throughput, bounces);
             if survives >= survival {
@@ -132,13 +132,13 @@ impl<'a> Tracer<'a> {
         if self.settings.transport == Transport::Method { surface.diffuse() } else { surface }
     }
 
-    /// What is emitted where a bounce ended, as far as sampling the lights from `surface` leaves it.
-    fn emitted(&self, surface: &Surface, bounce: &Bounce, hit: &Hit, point: Vec3) -> Vec3 {
+    /// What is emitted where a bounce ended, `offset` away, as far as sampling the lights from `surface` leaves it.
+    fn emitted(&self, surface: &Surface, bounce: &Bounce, hit: &Hit, offset: Vec3) -> Vec3 {
         let scene = self.world.scene;
         if !scene.face_emits(hit.face()) {
             return Vec3::ZERO;
         }
-        let share = self.share_of_hit(surface, hit.triangle, point - surface.point, bounce.density);
+        let share = self.share_of_hit(surface, hit.triangle, offset, bounce.density);
         scene.emitted_at(hit.face(), hit.u, hit.v) * share
     }
 

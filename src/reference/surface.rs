@@ -3,15 +3,18 @@
 use crate::geom::{Hit, Ray};
 use crate::scene::Scene;
 use crate::scene::footprint::Footprint;
+use crate::shade::lights::Arrival;
 use crate::shade::phong::lobe;
 use glam::Vec3;
 use std::f32::consts::{PI, TAU};
 
 /// The point that a ray hit, with the material there.
 pub struct Surface {
+    /// The point itself.
     pub point: Vec3,
-    /// Where rays start: a little off the facet.
-    origin: Vec3,
+    /// Where rays start and light is evaluated: a little off the facet. Rounding would put half of the points of a lamp's back
+    /// in front of it, where it fills the hemisphere.
+    pub origin: Vec3,
     /// Unit normal of the triangle, on the side that was hit.
     facet: Vec3,
     /// Unit shading normal on that side.
@@ -75,15 +78,10 @@ impl Surface {
         Self { ks: Vec3::ZERO, glossy: 0.0, ..self }
     }
 
-    /// The ray to a point `distance` away, or on and on.
-    pub fn ray_to(&self, direction: Vec3, distance: f32) -> Ray {
-        if distance.is_infinite() {
-            return Ray { origin: self.origin, direction, t_max: f32::INFINITY };
-        }
-        let offset = self.point + direction * distance - self.origin;
-        let length = offset.length();
+    /// The ray to a light.
+    pub fn ray_to(&self, arrival: &Arrival) -> Ray {
         // Short of the light, whose own surface must not hide it.
-        Ray { origin: self.origin, direction: offset / length, t_max: length * (1.0 - 1e-4) }
+        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * (1.0 - 1e-4) }
     }
 
     pub fn response(&self, direction: Vec3) -> Response {
@@ -122,7 +120,8 @@ impl Surface {
         let of_source = self.reflect(response) / density;
         let diffuse = || self.kd * (response.cosine / (PI * density));
         let of_beyond = if self.mirror { diffuse() } else { of_source };
-        Some(Bounce { ray: self.ray_to(direction, f32::INFINITY), density, of_source, of_beyond })
+        let ray = Ray { origin: self.origin, direction, t_max: f32::INFINITY };
+        Some(Bounce { ray, density, of_source, of_beyond })
     }
 }
 

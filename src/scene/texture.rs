@@ -118,6 +118,18 @@ impl Texture {
     }
 }
 
+/// The texel that repeats at `i`, which is at most one outside: without a division, of which a look-up would make eight.
+fn wrap(i: i64, count: u32) -> usize {
+    let count = i64::from(count);
+    (if i < 0 {
+        i + count
+    } else if i >= count {
+        i - count
+    } else {
+        i
+    }) as usize
+}
+
 /// Bilinear, repeating look-up in one level.
 fn bilinear(texels: &[[u8; 4]], [width, height]: [u32; 2], uv: Vec2) -> Vec4 {
     // Non-finite coordinates are rejected by the loader; wrapping first keeps the integers small.
@@ -127,9 +139,7 @@ fn bilinear(texels: &[[u8; 4]], [width, height]: [u32; 2], uv: Vec2) -> Vec4 {
     let (fx, fy) = (x - x0, y - y0);
     let (x0, y0) = (x0 as i64, y0 as i64);
     let texel = |x: i64, y: i64| {
-        let column = x.rem_euclid(i64::from(width)) as usize;
-        let row = y.rem_euclid(i64::from(height)) as usize;
-        let [r, g, b, a] = texels[row * width as usize + column];
+        let [r, g, b, a] = texels[wrap(y, height) * width as usize + wrap(x, width)];
         Vec4::new(SRGB[r as usize], SRGB[g as usize], SRGB[b as usize], f32::from(a) / 255.0)
     };
     let top = texel(x0, y0).lerp(texel(x0 + 1, y0), fx);

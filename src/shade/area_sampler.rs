@@ -26,9 +26,9 @@ pub struct Cluster {
     area: f64,
     centre: DVec3,
     radius: f64,
-    /// Axis and half angle of the cone of the normals.
+    /// Axis of the cone of the normals, and cosine and sine of its half angle.
     axis: DVec3,
-    spread: f64,
+    spread: [f64; 2],
 }
 
 /// Sampling of a source from one point.
@@ -86,7 +86,10 @@ impl Cluster {
             centre,
             radius: corners().map(|p| p.distance(centre)).fold(0.0, f64::max),
             axis,
-            spread: facets.iter().map(|f| f.normal.angle_between(axis)).fold(0.0, f64::max),
+            spread: {
+                let (sine, cosine) = facets.iter().map(|f| f.normal.angle_between(axis)).fold(0.0, f64::max).sin_cos();
+                [cosine, sine]
+            },
         }
     }
 
@@ -97,13 +100,20 @@ impl Cluster {
         if distance <= self.radius {
             return self.area / (self.radius * self.radius);
         }
-        let mut angle = offset.angle_between(self.axis);
-        if both_sides {
-            angle = angle.min(std::f64::consts::PI - angle);
-        }
-        // The smallest angle that any normal can make with a direction to x.
-        let least = (angle - self.spread - (self.radius / distance).asin() - 1e-6).max(0.0);
-        self.area * least.cos().max(0.0) / (distance * distance)
+        let cosine = (offset.dot(self.axis) / distance).clamp(-1.0, 1.0);
+        let cosine = if both_sides { cosine.abs() } else { cosine };
+        // The cone of normals widened by the cluster's own half angle, all by sums of angles: there are many clusters.
+        let width = self.radius / distance;
+        let (cos_width, [cos_spread, sin_spread]) = ((1.0 - width * width).sqrt(), self.spread);
+        let cos_cone = cos_spread * cos_width - sin_spread * width;
+        let sin_cone = sin_spread * cos_width + cos_spread * width;
+        // Largest cosine that any normal can make with a direction to x, rounding on the safe side.
+        let largest = if sin_cone <= 0.0 || cosine >= cos_cone {
+            1.0
+        } else {
+            (cosine * cos_cone + (1.0 - cosine * cosine).sqrt() * sin_cone + 1e-6).min(1.0)
+        };
+        self.area * largest.max(0.0) / (distance * distance)
     }
 }
 
