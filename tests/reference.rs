@@ -185,7 +185,7 @@ fn integrating_sphere() {
 #[test]
 fn light_of_one_bounce_follows_the_form_factor() {
     // Foot at distance c along x, width b along z, height a.
-    for (a, b, c, factor) in [(1.0, 1.0, 1.0, 0.055_734_2), (2.0, 1.5, 0.7, 0.148_121_0)] {
+    for (a, b, c, factor) in [(1.0, 1.0, 1.0, 0.055_734_2), (2.0, 1.5, 0.7, 0.148_121)] {
         let mut scene = Scene::default();
         let white = material(&mut scene, |m| m.kd = Vec3::ONE);
         let wall = material(&mut scene, |m| m.kd = Vec3::new(0.9, 0.5, 0.2));
