@@ -8,6 +8,7 @@ use crate::cache::gather::{self, GatherJob, Gathered};
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 use crate::shade::world::World;
+use glam::Vec3;
 
 /// Rays of a job: enough to be worth handing out, few enough to share a vertex's round among threads.
 const RAYS_A_JOB: u32 = 128;
@@ -82,6 +83,33 @@ impl Engine {
         self.judge_around(&slots, &work.refined, vertices);
     }
 
+    /// Finds vertices inside something: none of their rays found any light, no light reaches them, and neighbours do see
+    /// light. Where a surface runs into a wall its light must not fade towards what is behind.
+    fn find_enclosed(&mut self, vertices: &[VertexId]) {
+        for &vertex in vertices {
+            let slots: Vec<SlotId> = self.cache.slots_of(vertex).collect();
+            let dark = |s: &SlotId| {
+                let record = &self.cache.slots[s.0];
+                record.direct.diffuse + record.indirect.diffuse == Vec3::ZERO
+            };
+            let known = self.cache.indirect.rays(vertex) > 0 && !self.cache.vertices[vertex.0].progress.covered;
+            if !known || !slots.iter().all(dark) {
+                continue;
+            }
+            let nodes = self.nodes_around(&slots);
+            let mut corners = nodes.iter().flat_map(|n| self.cache.topology.nodes[n.0].corners);
+            if corners.any(|slot| self.cache.slots[slot.0].indirect.diffuse.max_element() > 0.0) {
+                self.cache.vertices[vertex.0].progress.covered = true;
+                let written = self.cache.refresh_indirect(&slots, self.eye);
+                self.published.changed.extend(written);
+                for node in nodes {
+                    self.account(node);
+                    self.enqueue_split(node);
+                }
+            }
+        }
+    }
+
     /// The rounds of a batch, cut into jobs.
     fn gather_jobs(&self, work: &IndirectWork) -> Vec<GatherJob> {
         let mut rounds: Vec<(VertexId, u32)> = Vec::new();
@@ -152,6 +180,7 @@ impl Engine {
         leaves.sort_unstable();
         leaves.dedup();
         vertices.extend(self.corners_of_all(&leaves));
+        self.find_enclosed(&vertices);
         for leaf in leaves {
             self.account_indirect(leaf);
             self.enqueue_refinement(leaf);

@@ -1,6 +1,6 @@
 //! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::priority`]).
 
-use super::priority::{CHILD, CONTRAST_WEIGHT, Judge, SURPLUS_TO_MSE, VERTEX_COST};
+use super::priority::{CHILD, CONTRAST_WEIGHT, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST};
 use crate::cache::dynamic::SlotId;
 use crate::cache::topology::{MAX_LEVEL, NodeId};
 use crate::cache::vertex::VertexId;
@@ -104,7 +104,12 @@ impl Judge<'_> {
     pub fn refine_key(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
         let known = node.corners.iter().all(|slot| self.cache.slots[slot.0].indirect.known);
-        if node.level >= MAX_LEVEL || node.indirect.pixels <= self.options.min_pixels || !known {
+        let edge = {
+            let covered = node.corners.map(|slot| self.is_covered(slot));
+            covered.contains(&true) && covered.contains(&false)
+        };
+        let least = self.options.min_pixels * if edge { HARD_PIXELS } else { 1.0 };
+        if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
             return 0.0;
         }
         let unseen = if node.indirect.pixels > LARGE { (UNSEEN * self.typical(id)).powi(2) } else { 0.0 };

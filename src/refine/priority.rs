@@ -69,7 +69,7 @@ pub(super) const CHILD: f32 = 1.0 / 16.0;
 /// Contrast along an edge of a leaf that takes it for a hard shadow's.
 const HARD_CONTRAST: f32 = 0.4;
 /// Pixels of the smallest leaf across a hard edge, against other leaves.
-const HARD_PIXELS: f32 = 0.02;
+pub(super) const HARD_PIXELS: f32 = 0.02;
 /// Rays that a new vertex costs, evaluation included.
 pub(super) const VERTEX_COST: f32 = 16.0;
 
