@@ -252,7 +252,7 @@ fn rays_are_numbered_and_never_more_than_allowed() {
                 gather(method, &[N, TILTED], rays.clone(), &Sequence::new(1), &mut radiance, |_| samples += 1);
             let expected: Vec<u32> = (rays.start..rays.start + gathered.rays).collect();
             assert_eq!((&asked, samples), (&expected, gathered.samples), "{method:?}");
-            assert!(gathered.rays <= rays.end - rays.start && (gathered.rays > 0) == !rays.is_empty(), "{method:?}");
+            assert!(gathered.rays <= rays.end - rays.start && (gathered.rays > 0) != rays.is_empty(), "{method:?}");
             if method == Method::Stratified {
                 assert_eq!(gathered.rays, rays.end - rays.start);
             }

@@ -1,6 +1,6 @@
 //! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::priority`]).
 
-use super::priority::{CHILD, CONTRAST_WEIGHT, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST};
+use super::priority::{CHILD, CONTRAST_WEIGHT, HARD_CONTRAST, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST};
 use crate::cache::dynamic::SlotId;
 use crate::cache::topology::{MAX_LEVEL, NodeId};
 use crate::cache::vertex::VertexId;
@@ -65,6 +65,17 @@ impl Judge<'_> {
         [interpolation, noise]
     }
 
+    /// Whether a leaf lies across a line where its surface runs into another: some of its corners are covered, or see hardly
+    /// any of the light that others see.
+    fn crosses_contact(&self, id: NodeId) -> bool {
+        let corners = self.cache.topology.nodes[id.0].corners;
+        let covered = corners.map(|slot| self.is_covered(slot));
+        let y = corners.map(|slot| luminance(self.cache.slots[slot.0].indirect.diffuse));
+        let (least, most) = (y.into_iter().fold(f32::INFINITY, f32::min), y.into_iter().fold(0.0, f32::max));
+        let mixed = covered.contains(&true) && covered.contains(&false);
+        mixed || most - least > HARD_CONTRAST * (most + least)
+    }
+
     /// D that would make a node's face as bright as the image is in the mean.
     fn typical(&self, id: NodeId) -> f32 {
         let reflectance = self.reflectances.noise_gain(self.scene, self.cache.topology.nodes[id.0].face).sqrt();
@@ -104,11 +115,7 @@ impl Judge<'_> {
     pub fn refine_key(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
         let known = node.corners.iter().all(|slot| self.cache.slots[slot.0].indirect.known);
-        let edge = {
-            let covered = node.corners.map(|slot| self.is_covered(slot));
-            covered.contains(&true) && covered.contains(&false)
-        };
-        let least = self.options.min_pixels * if edge { HARD_PIXELS } else { 1.0 };
+        let least = self.options.min_pixels * if self.crosses_contact(id) { HARD_PIXELS } else { 1.0 };
         if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
             return 0.0;
         }

@@ -67,7 +67,7 @@ pub(super) const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
 /// A child's square error against its parent's, where light is smooth.
 pub(super) const CHILD: f32 = 1.0 / 16.0;
 /// Contrast along an edge of a leaf that takes it for a hard shadow's.
-const HARD_CONTRAST: f32 = 0.4;
+pub(super) const HARD_CONTRAST: f32 = 0.4;
 /// Pixels of the smallest leaf across a hard edge, against other leaves.
 pub(super) const HARD_PIXELS: f32 = 0.02;
 /// Rays that a new vertex costs, evaluation included.
