@@ -17,7 +17,7 @@ impl Tracer<'_> {
         let world = self.world;
         let sources = &world.lights.sources;
         if sources.len() <= SAMPLE_ALL {
-            return (0..sources.len()).map(|light| self.light(surface, light, random.light(light as u32))).sum();
+            return (0..sources.len()).map(|light| self.light_of(surface, light, random.light(light as u32))).sum();
         }
         self.bounds.clear();
         self.bounds.extend(sources.iter().map(|s| s.bound(surface.origin, surface.normal)));
@@ -31,7 +31,7 @@ impl Tracer<'_> {
         // Rounding may run past the end; the last light that can contribute stands in.
         let light = chosen.or_else(|| self.bounds.iter().rposition(|&b| b > 0.0));
         light.map_or(Vec3::ZERO, |light| {
-            self.light(surface, light, random.light(0)) * (self.total_bound / self.bounds[light])
+            self.light_of(surface, light, random.light(0)) * (self.total_bound / self.bounds[light])
         })
     }
 
@@ -44,7 +44,8 @@ impl Tracer<'_> {
         if bound > 0.0 { bound / self.total_bound } else { 0.0 }
     }
 
-    fn light(&mut self, surface: &Surface, light: usize, [u, v, ..]: [f32; 4]) -> Vec3 {
+    /// One sample of one light.
+    fn light_of(&mut self, surface: &Surface, light: usize, [u, v, ..]: [f32; 4]) -> Vec3 {
         let world = self.world;
         let both = self.settings.transport != Transport::Direct;
         let arrival = match &world.lights.sources[light] {
