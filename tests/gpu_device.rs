@@ -7,7 +7,8 @@ use penombre::error::Error;
 use penombre::pass::Renderer;
 use penombre::scene::camera::ImageSize;
 use penombre::vk::buffer::BufferUse;
-use penombre::vk::{Buffer, Device, DeviceOptions, report};
+use penombre::vk::report::LINEAR_FORMAT;
+use penombre::vk::{Buffer, Device, DeviceOptions, Image, report};
 use std::sync::Arc;
 use support::*;
 
@@ -78,6 +79,18 @@ fn too_large_a_picture_is_refused_and_the_old_one_kept() {
         assert!(matches!(renderer.resize(too_wide), Err(Error::Usage(_))));
         assert_eq!(renderer.visibility().unwrap(), before);
     });
+}
+
+/// The largest square in the widest format: a device that cannot hold it says so before the validation layer does.
+#[test]
+fn an_image_beyond_the_memory_is_refused_without_a_validation_message() {
+    let Some(device) = device() else { return };
+    let side = device.report().max_image_side;
+    let size = ash::vk::Extent2D { width: side, height: side };
+    if let Err(e) = Image::colour(&device, "huge", size, LINEAR_FORMAT) {
+        assert!(matches!(&e, Error::Exhausted(message) if message.contains("huge")), "{e}");
+    }
+    finish(device);
 }
 
 #[test]

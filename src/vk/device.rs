@@ -43,6 +43,7 @@ pub(super) struct DeviceCore {
     pub(super) memory: Memory,
     pub(super) debug: Option<ext::debug_utils::Device>,
     live: Mutex<BTreeMap<u64, String>>,
+    physical: vk::PhysicalDevice,
     instance: Arc<Instance>,
 }
 
@@ -123,7 +124,24 @@ impl DeviceCore {
         };
         let timestamp_period_ns = chosen.timestamp_period_ns;
         let (queue, live) = (Mutex::new(queue), Mutex::default());
-        Ok(Self { raw, queue, queue_family, timestamp_period_ns, memory, debug, live, instance })
+        let physical = chosen.raw;
+        Ok(Self { raw, queue, queue_family, timestamp_period_ns, memory, debug, live, physical, instance })
+    }
+
+    /// What the device allows images made as `info` says.
+    pub(super) fn image_limits(&self, info: &vk::ImageCreateInfo<'_>) -> Result<vk::ImageFormatProperties> {
+        // SAFETY: the physical device belongs to the instance, which is alive.
+        unsafe {
+            self.instance.raw.get_physical_device_image_format_properties(
+                self.physical,
+                info.format,
+                info.image_type,
+                info.tiling,
+                info.usage,
+                info.flags,
+            )
+        }
+        .map_err(|e| error(e, &format!("asking for the limits of {:?} images", info.format)))
     }
 
     fn live(&self) -> MutexGuard<'_, BTreeMap<u64, String>> {

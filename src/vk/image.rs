@@ -44,14 +44,6 @@ impl Image {
         format: vk::Format,
         usage: vk::ImageUsageFlags,
     ) -> Result<Self> {
-        let max = device.report().max_image_side;
-        if size.width.max(size.height) > max {
-            let (width, height) = (size.width, size.height);
-            return Err(Error::Usage(format!(
-                "a picture of {width}x{height} pixels is too large: {} allows {max} a side",
-                device.report().name
-            )));
-        }
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
             .format(format)
@@ -61,6 +53,7 @@ impl Image {
             .samples(vk::SampleCountFlags::TYPE_1)
             .tiling(vk::ImageTiling::OPTIMAL)
             .usage(usage);
+        check_size(device, name, &info)?;
         let core = &device.core;
         // SAFETY: see the module's contract; the owner below undoes it on every later failure.
         let raw = unsafe { core.raw.create_image(&info, None) }.map_err(|e| error(e, &format!("creating `{name}`")))?;
@@ -115,6 +108,37 @@ impl Image {
             vk::ImageAspectFlags::COLOR
         };
         vk::ImageSubresourceRange::default().aspect_mask(aspect).level_count(1).layer_count(1)
+    }
+}
+
+/// Whether the device allows an image of this size at all: to create one beyond its limits is an error of the program, not
+/// one that Vulkan reports.
+fn check_size(device: &Device, name: &str, info: &vk::ImageCreateInfo<'_>) -> Result<()> {
+    let vk::Extent3D { width, height, .. } = info.extent;
+    let too_large = format!("a picture of {width}x{height} pixels is too large: {}", device.report().name);
+    let limits = device.core.image_limits(info)?;
+    let max = device.report().max_image_side.min(limits.max_extent.width).min(limits.max_extent.height);
+    if width.max(height) > max {
+        return Err(Error::Usage(format!("{too_large} allows {max} a side")));
+    }
+    let bytes = u64::from(width) * u64::from(height) * texel_bytes(info.format);
+    if bytes > limits.max_resource_size {
+        let [needed, allowed] = [bytes, limits.max_resource_size].map(|b| b >> 20);
+        return Err(Error::Exhausted(format!(
+            "{too_large} allows {allowed} MiB an image, `{name}` needs {needed}; try a smaller --size"
+        )));
+    }
+    Ok(())
+}
+
+/// Bytes of a pixel in the formats that passes draw into, at least: padding of depth formats is the driver's.
+const fn texel_bytes(format: vk::Format) -> u64 {
+    match format {
+        vk::Format::R32G32B32A32_SFLOAT => 16,
+        vk::Format::R16G16B16A16_SFLOAT => 8,
+        vk::Format::D32_SFLOAT_S8_UINT => 5,
+        vk::Format::D16_UNORM_S8_UINT => 3,
+        _ => 4,
     }
 }
 
