@@ -6,7 +6,7 @@ use super::priority::{Judge, Reflectances};
 use super::publish::Published;
 use super::queue::Queue;
 use super::update::{EngineStats, LeafId, Update};
-use super::workers::Workers;
+use super::workers::{Workers, thread_nanoseconds};
 use crate::cache::dynamic::{Cache, Light, SlotId};
 use crate::cache::luminance;
 use crate::cache::topology::NodeId;
@@ -78,6 +78,8 @@ pub struct Engine {
     pub(super) published: Published,
     pub(super) image: ImageError,
     pub(super) stats: EngineStats,
+    /// Clock of the engine's own thread when it was made, nanoseconds.
+    pub(super) born: u64,
 }
 
 /// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until the
@@ -102,6 +104,7 @@ impl Engine {
             published: Published::default(),
             image: ImageError::default(),
             stats: EngineStats::default(),
+            born: thread_nanoseconds(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),
             scene,
             bvh,

@@ -2,6 +2,7 @@
 
 use super::engine::Engine;
 use super::update::{EngineStats, LeafId, Patch, Slot, Update};
+use super::workers::thread_nanoseconds;
 use crate::cache::dynamic::{COVERED_WEIGHT, SlotId};
 use crate::cache::pool::Sparse;
 use crate::cache::topology::NodeId;
@@ -179,7 +180,9 @@ impl Engine {
     }
 
     fn current_stats(&mut self) -> EngineStats {
-        self.stats.cpu_seconds = self.workers.cpu_seconds();
+        // The engine's own thread waits while its workers trace.
+        let own = thread_nanoseconds().saturating_sub(self.born) as f64 * 1e-9;
+        self.stats.cpu_seconds = self.workers.cpu_seconds() + own;
         self.stats.triangles = self.cache.leaves.live() as u64 - self.published.retired.len() as u64;
         self.stats.cache_bytes = self.cache.bytes() as u64;
         self.stats.complete = self.first_visits.is_empty();
