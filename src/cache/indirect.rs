@@ -6,6 +6,7 @@ use super::pool::Sparse;
 use super::topology::NodeId;
 use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
+use crate::estimate::stratification::usual_gain;
 use crate::geom::Hit;
 use crate::math::luminance;
 use glam::Vec3;
@@ -20,6 +21,8 @@ pub struct IndirectLayer {
     rays: Sparse<u32>,
     /// Sums over those rays, by slot: one set of rays serves all normals of a vertex.
     sums: Sparse<LightVector>,
+    /// By midpoint: expected square deviation of D from what its edge's ends predict, luminance²; 0 where nothing is known.
+    expected: Sparse<f32>,
 }
 
 /// New rays of one vertex.
@@ -32,6 +35,9 @@ pub struct Round {
     /// How many entries of the results' sums belong to it.
     pub sums: u32,
 }
+
+/// How many times its variance a squared deviation must exceed before it is believed.
+const BELIEVED: f32 = 1.0;
 
 /// A leaf of the mesh of indirect light is taken at its word at a hit if its edges are shorter than this share of the ray:
 /// what it gets wrong evens out over the hemisphere.
@@ -66,10 +72,15 @@ impl IndirectLayer {
         }
     }
 
+    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, luminance².
+    pub fn expect(&mut self, vertex: VertexId, square: f32) {
+        *self.expected.entry(vertex.0) = square;
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.rays.bytes() + self.sums.bytes()
+        self.rays.bytes() + self.sums.bytes() + self.expected.bytes()
     }
 }
 
@@ -92,13 +103,19 @@ impl Cache {
         written
     }
 
-    /// Indirect light of a slot: its own, or the mean of the ends of its edge.
+    /// Indirect light of a slot: what it has gathered, what the ends of its edge predict, or both by what they are worth.
     fn indirect_light(&self, slot: SlotId, eye: Vec3) -> Light {
-        let record = &self.slots[slot.0];
-        if self.indirect.is_sampled(slot) {
-            return self.gathered(slot, eye);
+        let ends = self.slots[slot.0].ends;
+        let predicted = ends.map(|ends| self.predicted(ends)).filter(|light| light.known);
+        let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
+        match (own, predicted) {
+            (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
+            (own, predicted) => own.or(predicted).unwrap_or_default(),
         }
-        let Some(ends) = record.ends else { return Light::default() };
+    }
+
+    /// What the ends of an edge predict for its middle.
+    fn predicted(&self, ends: [SlotId; 2]) -> Light {
         let mut mean = Light::default();
         let mut total = 0.0;
         for end in ends {
@@ -120,7 +137,42 @@ impl Cache {
         mean
     }
 
-    fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
+    /// Prediction and sample by the inverse of their variances: the sample's share
+    /// tends to 1 as its rays grow in number, so that nothing is smoothed away in the limit.
+    fn combined(&self, slot: SlotId, own: Light, predicted: Light) -> Light {
+        let noise = self.pooled_variance(slot);
+        let known = noise + predicted.variance;
+        let deviation = luminance(own.diffuse - predicted.diffuse).powi(2);
+        let expected = self.indirect.expected.get(self.slots[slot.0].vertex.0);
+        // A deviation that noise does not explain is believed.
+        let trust = predicted.variance + expected.max(deviation - BELIEVED * known);
+        let share = if trust + noise > 0.0 { trust / (trust + noise) } else { 1.0 };
+        let mix = |a: Vec3, b: Vec3| a + (b - a) * share;
+        Light {
+            diffuse: mix(predicted.diffuse, own.diffuse),
+            specular: mix(predicted.specular, own.specular),
+            variance: noise * share,
+            known: true,
+        }
+    }
+
+    /// Variance of a slot's own D, pooled with that of the ends of its edge: by itself it is small where the sample is low,
+    /// which would make low samples count for more than high ones.
+    fn pooled_variance(&self, slot: SlotId) -> f32 {
+        let own = self.indirect.sum(slot);
+        let a_ray = |sum: &LightVector| sum.independent_variance() * sum.samples() as f32;
+        let ends = self.slots[slot.0].ends.into_iter().flatten().map(|end| self.indirect.sum(end));
+        let (mut sum, mut count) = (a_ray(&own), 1.0);
+        for end in ends.filter(|end| end.samples() > 1) {
+            sum += a_ray(&end);
+            count += 1.0;
+        }
+        sum / count / own.samples() as f32 * usual_gain(own.samples()) / (PI * PI)
+    }
+
+    /// What a slot has gathered itself.
+    #[must_use]
+    pub fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
         let record = &self.slots[slot.0];
         let sum = self.indirect.sum(slot);
         let to_eye = (eye - self.vertices[record.vertex.0].position).normalize_or(record.normal);
@@ -158,7 +210,7 @@ impl Cache {
     }
 
     fn is_trusted(&self, node: NodeId, value: f32, distance: f32) -> bool {
-        let error = self.topology.nodes[node.0].indirect.surplus;
+        let error = self.topology.nodes[node.0].indirect.doubt;
         let [a, b, c] = self.corner_positions(node);
         let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
         longest < (SMALL_AT_HIT * distance).powi(2) || error < (TRUSTED_ERROR * value).powi(2)
