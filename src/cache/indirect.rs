@@ -6,7 +6,6 @@ use super::pool::Sparse;
 use super::topology::NodeId;
 use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
-use crate::estimate::stratification::usual_gain;
 use crate::geom::Hit;
 use crate::math::luminance;
 use glam::Vec3;
@@ -23,6 +22,8 @@ pub struct IndirectLayer {
     sums: Sparse<LightVector>,
     /// By midpoint: expected square deviation of D from what its edge's ends predict, luminance²; 0 where nothing is known.
     expected: Sparse<f32>,
+    /// Whether what is shown leans on neighbours while rays are few.
+    pub filter: bool,
 }
 
 /// New rays of one vertex.
@@ -35,9 +36,6 @@ pub struct Round {
     /// How many entries of the results' sums belong to it.
     pub sums: u32,
 }
-
-/// How many times its variance a squared deviation must exceed before it is believed.
-const BELIEVED: f32 = 1.0;
 
 /// A leaf of the mesh of indirect light is taken at its word at a hit if its edges are shorter than this share of the ray:
 /// what it gets wrong evens out over the hemisphere.
@@ -77,6 +75,12 @@ impl IndirectLayer {
         *self.expected.entry(vertex.0) = square;
     }
 
+    /// How far a midpoint is expected to deviate, luminance².
+    #[must_use]
+    pub fn expected(&self, vertex: VertexId) -> f32 {
+        self.expected.get(vertex.0)
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -90,6 +94,10 @@ impl Cache {
     pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3) -> Vec<SlotId> {
         // Ascending: a slot is younger than the ends of its edge.
         let mut due: BinaryHeap<Reverse<SlotId>> = slots.iter().map(|&s| Reverse(s)).collect();
+        if self.indirect.filter {
+            let base = slots.iter().filter(|s| self.slots[s.0].ends.is_none() && self.indirect.is_sampled(**s));
+            due.extend(base.flat_map(|&s| self.neighbours(s)).map(Reverse));
+        }
         let mut written = Vec::with_capacity(slots.len());
         while let Some(Reverse(slot)) = due.pop() {
             if written.last() == Some(&slot) {
@@ -109,8 +117,10 @@ impl Cache {
         let predicted = ends.map(|ends| self.predicted(ends)).filter(|light| light.known);
         let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
         match (own, predicted) {
+            (Some(own), _) if !self.indirect.filter => own,
             (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
-            (own, predicted) => own.or(predicted).unwrap_or_default(),
+            (Some(own), None) => self.filtered(slot, own),
+            (None, predicted) => predicted.unwrap_or_default(),
         }
     }
 
@@ -137,39 +147,6 @@ impl Cache {
         mean
     }
 
-    /// Prediction and sample by the inverse of their variances: the sample's share
-    /// tends to 1 as its rays grow in number, so that nothing is smoothed away in the limit.
-    fn combined(&self, slot: SlotId, own: Light, predicted: Light) -> Light {
-        let noise = self.pooled_variance(slot);
-        let known = noise + predicted.variance;
-        let deviation = luminance(own.diffuse - predicted.diffuse).powi(2);
-        let expected = self.indirect.expected.get(self.slots[slot.0].vertex.0);
-        // A deviation that noise does not explain is believed.
-        let trust = predicted.variance + expected.max(deviation - BELIEVED * known);
-        let share = if trust + noise > 0.0 { trust / (trust + noise) } else { 1.0 };
-        let mix = |a: Vec3, b: Vec3| a + (b - a) * share;
-        Light {
-            diffuse: mix(predicted.diffuse, own.diffuse),
-            specular: mix(predicted.specular, own.specular),
-            variance: noise * share,
-            known: true,
-        }
-    }
-
-    /// Variance of a slot's own D, pooled with that of the ends of its edge: by itself it is small where the sample is low,
-    /// which would make low samples count for more than high ones.
-    fn pooled_variance(&self, slot: SlotId) -> f32 {
-        let own = self.indirect.sum(slot);
-        let a_ray = |sum: &LightVector| sum.independent_variance() * sum.samples() as f32;
-        let ends = self.slots[slot.0].ends.into_iter().flatten().map(|end| self.indirect.sum(end));
-        let (mut sum, mut count) = (a_ray(&own), 1.0);
-        for end in ends.filter(|end| end.samples() > 1) {
-            sum += a_ray(&end);
-            count += 1.0;
-        }
-        sum / count / own.samples() as f32 * usual_gain(own.samples()) / (PI * PI)
-    }
-
     /// What a slot has gathered itself.
     #[must_use]
     pub fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
@@ -181,7 +158,7 @@ impl Cache {
     }
 
     /// Weight of a slot's vertex in interpolation.
-    fn weight(&self, slot: SlotId) -> f32 {
+    pub(super) fn weight(&self, slot: SlotId) -> f32 {
         let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
         if covered { COVERED_WEIGHT } else { 1.0 }
     }
