@@ -1,5 +1,7 @@
 //! What steers refinement.
 
+use crate::estimate::hemisphere::Method;
+
 /// How the next leaf to split is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Priority {
@@ -22,6 +24,8 @@ pub struct Options {
     pub seed: u64,
     /// Whether light that bounces is computed, too.
     pub indirect: bool,
+    /// How the directions of gather rays are chosen.
+    pub hemisphere: Method,
     /// How the next leaf to split is chosen.
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.
