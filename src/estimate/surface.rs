@@ -11,9 +11,8 @@ use smallvec::SmallVec;
 /// A diffuse surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffusePoint {
-    /// Position, scene units.
-    pub position: Vec3,
-    /// Where rays start: a little off the facet, on the side that was hit.
+    /// Where rays start and light is evaluated: a little off the facet, on the side that was hit. Rounding would put half of
+    /// the points of a lamp's back in front of it, where it fills the hemisphere.
     pub origin: Vec3,
     /// Unit normal of the facet on that side.
     pub facet: Vec3,
@@ -33,7 +32,6 @@ impl DiffusePoint {
         let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
         let scale = position.abs().max_element().max(hit.t * ray.direction.length());
         Self {
-            position,
             origin: position + facet * (scale * LIFT),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
@@ -45,7 +43,7 @@ impl DiffusePoint {
     /// estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of the light.
     pub fn direct(&self, world: &World<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
         let sources = &world.lights.sources;
-        let bounds: SmallVec<[f32; 128]> = sources.iter().map(|s| s.bound(self.position, self.normal)).collect();
+        let bounds: SmallVec<[f32; 128]> = sources.iter().map(|s| s.bound(self.origin, self.normal)).collect();
         let total: f32 = bounds.iter().sum();
         let mut target = pick * total;
         let chosen = bounds.iter().position(|&bound| {
@@ -56,8 +54,8 @@ impl DiffusePoint {
         // Rounding may run past the end; the last light that can contribute stands in.
         let Some(light) = chosen.or_else(|| bounds.iter().rposition(|&b| b > 0.0)) else { return Vec3::ZERO };
         let arrival = match &sources[light] {
-            Source::Delta(kind) => delta_arrival(kind, self.position),
-            Source::Area(area) => area.at(self.position).sample(world.scene, [u, v]),
+            Source::Delta(kind) => delta_arrival(kind, self.origin),
+            Source::Area(area) => area.at(self.origin).sample(world.scene, [u, v]),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
         let value = arrival.facing * self.normal.dot(arrival.direction).max(0.0);
@@ -72,16 +70,12 @@ impl DiffusePoint {
     }
 
     fn shadow_ray(&self, arrival: &Arrival) -> Ray {
-        if arrival.distance.is_infinite() {
-            return Ray { origin: self.origin, direction: arrival.direction, t_max: f32::INFINITY };
-        }
-        let offset = self.position + arrival.direction * arrival.distance - self.origin;
-        let length = offset.length();
-        Ray { origin: self.origin, direction: offset / length, t_max: length * SHORT_OF_LIGHT }
+        // Short of the light, whose own surface must not hide it.
+        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * SHORT_OF_LIGHT }
     }
 }
 
 /// Step off the surface against the size of the numbers involved: well above the rounding of f32.
 const LIFT: f32 = 4e-6;
-/// Shadow rays end short of the light, whose own surface must not hide it.
+/// Length of shadow rays against the distance of the light.
 const SHORT_OF_LIGHT: f32 = 1.0 - 1e-4;
