@@ -46,18 +46,19 @@ impl Judge<'_> {
     pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
         let node = &self.cache.topology.nodes[id.0];
         let lights = node.corners.map(|slot| self.cache.slots[slot.0].indirect);
-        let noise = lights.iter().map(|l| l.variance).sum::<f32>() / 6.0;
         let covered = node.corners.map(|slot| self.is_covered(slot));
-        let valid = || (0..3).filter(|&i| !covered[i]).map(|i| luminance(lights[i].diffuse));
-        let (least, most) = (valid().fold(f32::INFINITY, f32::min), valid().fold(0.0, f32::max));
-        if covered.iter().all(|&c| c) {
+        let valid = || (0..3).filter(|&i| !covered[i]).map(|i| &lights[i]);
+        let count = valid().count();
+        if count == 0 {
             // Whatever its corners know is not its own light.
-            return [(COVERED * self.typical(id)).powi(2), noise];
+            return [(COVERED * self.typical(id)).powi(2), 0.0];
         }
+        let y = || valid().map(|light| luminance(light.diffuse));
+        let (least, most) = (y().fold(f32::INFINITY, f32::min), y().fold(0.0, f32::max));
+        // The mean square of what linear weights leave of the corners' independent noise: a half, two thirds or all of it.
+        let noise = valid().map(|l| l.variance).sum::<f32>() * [1.0, 1.0 / 3.0, 1.0 / 6.0][count - 1];
         let contrast = CONTRAST_WEIGHT * (most - least).powi(2);
-        let interpolation = if covered.contains(&true) {
-            (COVERED * most).powi(2) * CHILD.powi(i32::from(node.level.min(1))) + contrast
-        } else if node.indirect.surplus.is_finite() {
+        let interpolation = if node.indirect.surplus.is_finite() {
             node.indirect.surplus + SURPLUS_TO_MSE * CHILD * contrast
         } else {
             (UNMEASURED * most.max(self.typical(id))).powi(2) + contrast
@@ -74,6 +75,12 @@ impl Judge<'_> {
         let (least, most) = (y.into_iter().fold(f32::INFINITY, f32::min), y.into_iter().fold(0.0, f32::max));
         let mixed = covered.contains(&true) && covered.contains(&false);
         mixed || most - least > HARD_CONTRAST * (most + least)
+    }
+
+    /// Greatest luminance of indirect D at a node's corners.
+    fn brightest(&self, id: NodeId) -> f32 {
+        let corners = self.cache.topology.nodes[id.0].corners;
+        corners.map(|slot| luminance(self.cache.slots[slot.0].indirect.diffuse)).into_iter().fold(0.0, f32::max)
     }
 
     /// D that would make a node's face as bright as the image is in the mean.
@@ -119,11 +126,14 @@ impl Judge<'_> {
         if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
             return 0.0;
         }
-        let unseen = if node.indirect.pixels > LARGE { (UNSEEN * self.typical(id)).powi(2) } else { 0.0 };
-        let error = (self.indirect_error(id)[0] + unseen) * self.gain(id);
-        if error < (self.tolerance * self.mean).powi(2) {
-            return 0.0;
+        let mut error = self.indirect_error(id)[0];
+        if node.indirect.pixels > LARGE {
+            error += (UNSEEN * self.typical(id)).powi(2);
         }
+        if self.crosses_contact(id) {
+            error += (COVERED * self.brightest(id)).powi(2) * CHILD;
+        }
+        let error = error * self.gain(id);
         let (mut samples, mut vertices) = (0, 0);
         for edge in node.edges {
             match self.cache.topology.midpoint(edge) {
@@ -157,15 +167,11 @@ impl Judge<'_> {
             let unknown = if self.mean > 0.0 { (UNSAMPLED * self.mean).powi(2) } else { 1.0 };
             return vertex.reach * unknown / (FIRST_RAYS as f32 * RAYS_A_SAMPLE);
         }
-        let (mut variance, mut shows) = (0.0_f32, false);
-        for slot in self.cache.slots_of(id) {
-            let record = &self.cache.slots[slot.0];
-            let least = (LEAST_DEVIATION * luminance(record.indirect.diffuse)).powi(2) / rays as f32;
-            let floor = self.tolerance * luminance(record.diffuse()).max(self.mean);
-            let likely = record.indirect.variance.max(least);
-            variance = variance.max(likely);
-            shows |= likely > floor * floor;
-        }
-        if shows { vertex.reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE) } else { 0.0 }
+        let likely = |slot: SlotId| {
+            let light = &self.cache.slots[slot.0].indirect;
+            light.variance.max((LEAST_DEVIATION * luminance(light.diffuse)).powi(2) / rays as f32)
+        };
+        let variance = self.cache.slots_of(id).map(likely).fold(0.0, f32::max);
+        vertex.reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
     }
 }
