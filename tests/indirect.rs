@@ -4,7 +4,7 @@
 mod by_hand;
 mod shapes;
 
-use by_hand::{Mirror, both_sides, drawn, engine_with, light, material, options, patch, solve, solve_pixels, triangle};
+use by_hand::{Mirror, drawn, engine_with, light, material, options, patch, solve, triangle};
 use glam::{Vec2, Vec3};
 use penombre::cache::gather::{GatherJob, Gathered, gather};
 use penombre::estimate::hemisphere::Method;
@@ -15,14 +15,14 @@ use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
 use penombre::refine::update::SlotId;
-use penombre::scene::camera::{Camera, ImageSize, View};
+use penombre::scene::camera::{ImageSize, View};
 use penombre::scene::light::LightKind;
 use penombre::scene::material::MaterialId;
 use penombre::scene::{FaceId, Scene, TriangleId, load};
 use penombre::shade::lights::Lights;
 use penombre::shade::world::World;
 use shapes::icosphere;
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::f32::consts::PI;
 use std::path::Path;
 
@@ -81,7 +81,6 @@ fn statistics(values: &[f64]) -> (f64, f64) {
 #[track_caller]
 fn assert_deviation(values: &[Vec3], expected: Vec3, limits: [f32; 2]) {
     let (mean, most) = deviation(values, expected);
-    println!("{mean} {most}");
     assert!(mean.abs() <= limits[0] && most <= limits[1], "mean {mean}, largest {most} of {}", values.len());
 }
 
@@ -104,17 +103,17 @@ fn furnace() {
     let mut engine = engine_with(scene, 2, bounces(1));
     let mirror = gather_light(&mut engine, &front(&ids), Vec3::splat(0.5), 1_500_000);
     let bounced = indirect(&engine, &front(&ids));
-    assert_deviation(&bounced, emitted * albedo / (1.0 - albedo), [0.002, 0.02]);
+    assert_deviation(&bounced, emitted * albedo / (1.0 - albedo), [0.006, 0.08]);
     // Where walls meet, a vertex lies in the planes of the lamps beside it, which it then sees edge on.
     let inside = |p: Vec3| p.to_array().iter().filter(|c| **c > 0.1 && **c < 0.9).count() == 2;
     let slots = front(&ids).into_iter().flat_map(|f| mirror.face(f)).filter(|s| inside(s.position));
     let shown: Vec<Vec3> = slots.map(|s| s.diffuse).collect();
     assert_eq!(shown.len(), 6 * 6);
-    assert_deviation(&shown, emitted / (1.0 - albedo), [0.002, 0.01]);
-    for slot in sampled(&engine) {
-        let ratio = engine.cache().indirect.sum(slot).concentration();
-        assert!((ratio - 0.5).abs() < 0.02, "{slot:?}: {ratio}");
-    }
+    assert_deviation(&shown, emitted / (1.0 - albedo), [0.004, 0.03]);
+    let slots = sampled(&engine);
+    let ratios: Vec<Vec3> =
+        slots.iter().map(|&slot| Vec3::splat(engine.cache().indirect.sum(slot).concentration())).collect();
+    assert_deviation(&ratios, Vec3::splat(0.5), [0.01, 0.12]);
 }
 
 /// Irradiance that has bounced is the same everywhere in a sphere, F ρ / (A (1 − ρ)), wherever the light is.
@@ -357,7 +356,6 @@ fn cornell() -> Scene {
 struct Picture {
     view: View,
     bvh: Bvh,
-    engine: Engine,
     mirror: Mirror,
 }
 
@@ -382,7 +380,7 @@ impl Picture {
             mirror.apply(engine.step(Budget::Rays(20_000)));
             engine.counted(&drawn(&mirror));
         }
-        Self { view, bvh, engine, mirror }
+        Self { view, bvh, mirror }
     }
 }
 
@@ -399,39 +397,39 @@ fn cornell_points() -> [(Vec3, Vec3, [Vec3; 2]); 5] {
     ]
 }
 
-/// Irradiance at the five points of the Cornell box, from all faces.
-fn cornell_irradiances(method: Method, rays: u64) -> [Vec3; 5] {
-    let scene = cornell();
-    let ids: Vec<TriangleId> = (0..scene.triangles.len() as u32).map(TriangleId).collect();
-    let options = Options { hemisphere: method, shadow_size: 10.0, ..bounces(10) };
-    let (_, mirror) = refined(scene.clone(), &ids, 2, options, rays);
-    cornell_points().map(|(point, normal, _)| {
-        let faces =
-            ids.iter().filter(|&&t| scene.geometric_normal(t).dot(normal) > 0.999).map(|&t| FaceId::new(t, false));
-        let near = faces.filter(|f| (scene.corners(f.triangle())[0] - point).dot(normal).abs() < 0.5);
-        near.filter_map(|f| mirror.diffuse_at(f, point)).next().unwrap() * PI
-    })
-}
-
 #[test]
 fn cornell_box_irradiances() {
-    let found = cornell_irradiances(Method::Stratified, 4_000_000);
-    for ((point, _, [direct, indirect]), found) in cornell_points().into_iter().zip(found) {
-        let expected = direct + indirect;
-        println!("{point} {}", found / expected);
-        assert!((found / expected - 1.0).abs().max_element() < 0.02, "{point}: {found}, expected {expected}");
+    let scene = cornell();
+    let ids: Vec<TriangleId> = (0..scene.triangles.len() as u32).map(TriangleId).collect();
+    let (_, mirror) = refined(scene.clone(), &ids, 2, Options { shadow_size: 10.0, ..bounces(10) }, 4_000_000);
+    let mut mean = 0.0;
+    for (point, normal, [direct, indirect]) in cornell_points() {
+        let faces = front(&ids).into_iter().filter(|f| {
+            let (corner, facet) = (scene.corners(f.triangle())[0], scene.geometric_normal(f.triangle()));
+            facet.dot(normal) > 0.999 && (corner - point).dot(normal).abs() < 0.5
+        });
+        let found = faces.filter_map(|f| mirror.diffuse_at(f, point)).next().unwrap() * PI;
+        let off = found / (direct + indirect) - 1.0;
+        assert!(off.abs().max_element() < 0.03, "{point}: {found}, off by {off}");
+        mean += off.element_sum() / 15.0;
     }
+    assert!(mean.abs() < 0.015, "{mean}");
 }
 
-/// The adaptive methods run in the engine, too, with the bias that docs/bench.md measured.
+/// The adaptive methods run in the engine, too: too dark, as docs/bench.md says of them, but not by more.
 #[test]
 fn the_methods_err_as_documented() {
-    for (name, method) in Method::NAMES {
-        let found = cornell_irradiances(method, 2_000_000);
-        let ratios =
-            cornell_points().into_iter().zip(found).map(|((_, _, [d, i]), e)| luminance(e - d) / luminance(i) - 1.0);
-        let ratios: Vec<f32> = ratios.collect();
-        println!("{name} {ratios:?}");
+    let mean = |method| {
+        let (scene, ids) = small_room(1.0, 1.0);
+        let mut engine = engine_with(scene, 2, Options { hemisphere: method, ..bounces(13) });
+        gather_light(&mut engine, &front(&ids), Vec3::splat(0.5), 1_500_000);
+        indirect(&engine, &front(&ids)).into_iter().map(luminance).sum::<f32>()
+    };
+    let truth = mean(Method::Stratified);
+    for (method, bias) in [(Method::Adaptive, -0.15..-0.01), (Method::Paper, -0.3..-0.01)] {
+        let found = mean(method) / truth - 1.0;
+        println!("{method:?} {found}");
+        assert!(bias.contains(&found), "{method:?}: {found}");
     }
 }
 
@@ -466,10 +464,6 @@ fn the_picture_is_the_path_tracers() {
     let bias = off / mean;
     let noise = variance.sqrt() / mean;
     let rmse = ((square - variance).max(0.0) / count).sqrt() / (mean / count);
-    println!(
-        "count {count} bias {bias} noise {noise} rmse {rmse} pt noise {}",
-        (variance / count).sqrt() / (mean / count)
-    );
-    println!("{:?}", picture.engine.cache().slots.end());
-    assert!(bias.abs() < 4.0 * noise + 0.005, "{bias} ± {noise}");
+    assert!(bias.abs() < 4.0 * noise + 0.008, "{bias} ± {noise}");
+    assert!(rmse < 0.02 && count > 900.0, "{rmse} over {count} pixels");
 }
