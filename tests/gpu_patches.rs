@@ -5,6 +5,7 @@
 mod support;
 
 use glam::{Vec2, Vec3};
+use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
@@ -71,7 +72,8 @@ impl Twins {
         let view = View::new(&camera, SIZE, scene.diagonal());
         let options = Options {
             indirect: false,
-        filter: true,
+            filter: true,
+            hemisphere: Method::Stratified,
             seed: 1,
             priority: Priority::Error,
             min_pixels: 3.0,

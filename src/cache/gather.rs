@@ -2,7 +2,7 @@
 //! indirect light there from the mesh where it is known well enough, else by going on with the path.
 //!
 //! Rounds continue one low-discrepancy sequence a vertex, so they add up and each is unbiased but for what the mesh gets
-//! wrong at hits, which falls as it is refined.
+//! wrong at hits, which falls as it is refined. (The adaptive methods, there to be compared, are biased round by round.)
 
 use super::dynamic::{Cache, SlotId};
 use super::indirect::Round;
@@ -28,6 +28,9 @@ pub struct GatherJob {
     pub first: u32,
     /// Number of rays.
     pub rays: u32,
+    /// How directions are chosen. Any part of a round of [`Method::Stratified`] is a job; those of the others, which choose
+    /// directions by what they have seen, are jobs as a whole.
+    pub method: Method,
 }
 
 /// Results of a run of jobs, in their order.
@@ -57,7 +60,7 @@ pub fn gather(world: &World<'_>, cache: &Cache, job: GatherJob, out: &mut Gather
         Path { world, cache, sequence: &sequence, index }.radiance(ray, rays)
     };
     let indices = job.first..job.first + job.rays;
-    hemisphere::gather(Method::Stratified, &normals, indices, &sequence, radiance, |sample| {
+    hemisphere::gather(job.method, &normals, indices, &sequence, radiance, |sample| {
         for ((_, sum), normal) in sums[start..].iter_mut().zip(&normals) {
             sum.push(*normal, &sample);
         }

@@ -2,6 +2,7 @@
 
 use super::values;
 use crate::error::{Error, Result};
+use crate::estimate::hemisphere::Method;
 use crate::image::atomic;
 use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
@@ -196,6 +197,11 @@ pub struct RefinementArgs {
     /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
     #[arg(long)]
     pub no_filter: bool,
+    /// How the directions of indirect light are chosen: evenly, so that rays add up without bias, or by what the first rays
+    /// found, with a bias (to compare)
+    #[arg(long, value_name = "METHOD", default_value = "stratified", value_parser = values::hemisphere(),
+        conflicts_with = "direct_only")]
+    pub hemisphere: Method,
     /// Which triangle is split next: where most image error goes a ray, or at random as the paper does
     #[arg(long, value_name = "MODE", default_value = "error", value_parser = values::priority())]
     pub priority: Priority,
@@ -414,7 +420,11 @@ impl RenderArgs {
     pub fn image_options(&self) -> String {
         let mut text = self.scene.image_options("render", self.engine.seed);
         text += &format!(" --update {} --aa {}", self.update.name(), self.output.aa);
-        text += if self.refinement.direct_only { " --direct-only" } else { "" };
+        match self.refinement {
+            RefinementArgs { direct_only: true, .. } => text += " --direct-only",
+            RefinementArgs { hemisphere: Method::Stratified, .. } => {}
+            RefinementArgs { hemisphere, .. } => text += &format!(" --hemisphere {}", hemisphere.name()),
+        }
         text += if self.refinement.no_filter { " --no-filter" } else { "" };
         let BudgetArgs { frames, rays, error, .. } = self.budget;
         let budgets = [

@@ -1,5 +1,6 @@
 //! Parsers of option values; each message says what is wrong and what would be right.
 
+use crate::estimate::hemisphere::Method;
 use crate::image::FileFormat;
 use crate::image::exr::MAX_SIDE;
 use crate::pass::UpdateMode;
@@ -102,6 +103,14 @@ pub fn priority() -> impl TypedValueParser<Value = Priority> {
     PossibleValuesParser::new(Priority::NAMES.map(|(name, _)| name)).try_map(|name| {
         let found = Priority::NAMES.into_iter().find(|(n, _)| *n == name);
         found.map(|(_, priority)| priority).ok_or("unknown priority")
+    })
+}
+
+/// A hemisphere method by name.
+pub fn hemisphere() -> impl TypedValueParser<Value = Method> {
+    PossibleValuesParser::new(Method::NAMES.map(|(name, _)| name)).try_map(|name| {
+        let found = Method::NAMES.into_iter().find(|(n, _)| *n == name);
+        found.map(|(_, method)| method).ok_or("unknown method")
     })
 }
 

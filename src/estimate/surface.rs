@@ -76,5 +76,5 @@ impl DiffusePoint {
 
 /// Step off the surface against the size of the numbers involved: well above the rounding of f32.
 const LIFT: f32 = 4e-6;
-/// Shadow rays end short of the light, whose own surface must not hide it.
+/// Length of shadow rays against the distance of the light.
 const SHORT_OF_LIGHT: f32 = 1.0 - 1e-4;

@@ -8,6 +8,7 @@ use crate::cache::dynamic::SlotId;
 use crate::cache::gather::{self, GatherJob, Gathered};
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
+use crate::estimate::hemisphere::Method;
 use crate::shade::world::World;
 use glam::Vec3;
 
@@ -130,11 +131,13 @@ impl Engine {
         }
         rounds.sort_by_key(|&(vertex, _)| vertex);
         rounds.dedup_by_key(|&mut (vertex, _)| vertex);
+        let method = self.options.hemisphere;
+        let most = if method == Method::Stratified { RAYS_A_JOB } else { u32::MAX };
         let mut jobs = Vec::with_capacity(rounds.len());
         for (vertex, rays) in rounds {
             let start = self.cache.indirect.rays(vertex);
-            let cuts = (0..rays).step_by(RAYS_A_JOB as usize);
-            jobs.extend(cuts.map(|at| GatherJob { vertex, first: start + at, rays: RAYS_A_JOB.min(rays - at) }));
+            let cuts = (0..rays).step_by(most as usize);
+            jobs.extend(cuts.map(|at| GatherJob { vertex, first: start + at, rays: most.min(rays - at), method }));
         }
         jobs
     }

@@ -173,7 +173,8 @@ impl Judge<'_> {
             return 0.0;
         }
         if rays == 0 {
-            let unknown = (UNSAMPLED * self.mean).powi(2);
+            // Where all that is seen is dark so far there is nothing to compare with, and all the more to find.
+            let unknown = if self.mean > 0.0 { (UNSAMPLED * self.mean).powi(2) } else { 1.0 };
             return vertex.reach * unknown / (FIRST_RAYS as f32 * RAYS_A_SAMPLE);
         }
         let likely = |slot: SlotId| {

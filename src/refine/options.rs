@@ -1,5 +1,7 @@
 //! What steers refinement.
 
+use crate::estimate::hemisphere::Method;
+
 /// How the next leaf to split is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Priority {
@@ -24,6 +26,8 @@ pub struct Options {
     pub indirect: bool,
     /// Whether indirect light that is shown leans on neighbours while rays are few.
     pub filter: bool,
+    /// How the directions of gather rays are chosen.
+    pub hemisphere: Method,
     /// How the next leaf to split is chosen.
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.

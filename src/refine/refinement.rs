@@ -59,8 +59,8 @@ impl Engine {
             }
             match entry.task {
                 Task::Split(node) => splits.push(node),
-                Task::Settle(vertex) => jobs.push(Job { vertex, wanted: Wanted::Settle }),
-                Task::Double(vertex) => jobs.push(Job { vertex, wanted: Wanted::Double }),
+                Task::Settle(vertex) => jobs.push(self.take(vertex, Wanted::Settle)),
+                Task::Double(vertex) => jobs.push(self.take(vertex, Wanted::Double)),
                 Task::Gather(vertex) => indirect.gather(vertex, self.cache.indirect.rays(vertex)),
                 Task::Refine(node) => indirect.refine(node, self.judge().first_rays(node)),
             }
@@ -91,6 +91,13 @@ impl Engine {
             self.step_down();
         }
         true
+    }
+
+    /// The job of a task. What else is queued for its vertex is void now: a vertex may be queued twice with the samples it
+    /// has, and the same points traced twice in a batch would count twice.
+    fn take(&mut self, vertex: VertexId, wanted: Wanted) -> Job {
+        self.cache.vertices[vertex.0].progress.version += 1;
+        Job { vertex, wanted }
     }
 
     /// Steps down the ladder of tolerances and queues what the visible leaves leave to do there; `false` at its end.

@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
 
 use glam::{DVec3, Vec2, Vec3};
+use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
@@ -123,6 +124,7 @@ pub fn options(seed: u64) -> Options {
     Options {
         indirect: false,
         filter: true,
+        hemisphere: Method::Stratified,
         seed,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,
