@@ -1,4 +1,5 @@
 //! Closed shapes.
+#![allow(dead_code, reason = "each test file uses its own part")]
 
 use crate::by_hand::{light, patch, triangle};
 use glam::Vec3;
