@@ -205,8 +205,10 @@ impl Judge<'_> {
 
     /// Whether something between a leaf's corners is a strong contrast to the mean of what they show.
     fn hides_contrast(&self, id: NodeId, mean: f32) -> bool {
-        let hidden = self.highlight(id).max(self.surprise(id));
-        hidden > HARD_CONTRAST * (hidden + 2.0 * mean)
+        let (highlight, surprise) = (self.highlight(id), self.surprise(id));
+        // A surprise may be a shadow, which is darker than the mean by that much.
+        let by_surprise = surprise > HARD_CONTRAST * (2.0 * mean - surprise).max(surprise);
+        highlight > HARD_CONTRAST * (highlight + 2.0 * mean) || by_surprise
     }
 
     /// Whether a ray from its middle should tell what a leaf's corners do not: once, if they are known, where nothing else
