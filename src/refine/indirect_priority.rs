@@ -97,7 +97,7 @@ impl Judge<'_> {
         let d = [0, 1, 2].map(|i| {
             let (a, b) = (light(corners[i]), light(corners[(i + 1) % 3]));
             let hidden = [corners[i], corners[(i + 1) % 3], middles[i]].into_iter().any(|s| self.is_covered(s));
-            if hidden || !self.cache.indirect.is_sampled(middles[i]) {
+            if hidden || a.stale || b.stale || !self.cache.indirect.is_sampled(middles[i]) {
                 return 0.0;
             }
             measured = true;
@@ -114,7 +114,8 @@ impl Judge<'_> {
     #[must_use]
     pub fn refine_key(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
-        let known = node.corners.iter().all(|slot| self.cache.slots[slot.0].indirect.known);
+        let light = |slot: &SlotId| self.cache.slots[slot.0].indirect;
+        let known = node.corners.iter().all(|slot| light(slot).known && !light(slot).stale);
         let least = self.options.min_pixels * if self.crosses_contact(id) { HARD_PIXELS } else { 1.0 };
         if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
             return 0.0;
