@@ -78,7 +78,8 @@ fn shown(mirror: &Mirror) -> Shown {
 fn difference(a: &Shown, b: &Shown) -> (f32, usize) {
     let most = b.values().flatten().map(|v| v.max_element()).fold(0.0, f32::max);
     let pairs = || a.iter().filter_map(|(key, a)| Some((a, b.get(key)?)));
-    let worst = pairs().flat_map(|(a, b)| [a[0] - b[0], a[1] - b[1]]).map(|d| d.abs().max_element()).fold(0.0, f32::max);
+    let worst =
+        pairs().flat_map(|(a, b)| [a[0] - b[0], a[1] - b[1]]).map(|d| d.abs().max_element()).fold(0.0, f32::max);
     (worst / most, pairs().count())
 }
 
