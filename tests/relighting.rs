@@ -113,7 +113,7 @@ fn direct_light_is_exact_at_once() {
     }
 }
 
-/// Textured lamps too: sums hold the texture's colours. Here the change of the whole is compared with the sum of its parts.
+/// Dark at once, bright again at once: bit for bit, indirect light included, though other changes come between.
 #[test]
 fn switching_off_and_on_leaves_no_trace() {
     let (scene, ids) = room([Vec3::ONE; 2]);
@@ -160,7 +160,7 @@ fn mean(mirror: &Mirror, ids: &[TriangleId]) -> Vec3 {
 /// on the way is black where light arrives.
 #[test]
 fn indirect_light_goes_to_that_of_a_fresh_run() {
-    let refine = Options { indirect: true, tolerance: 4e-3, ..direct(4) };
+    let refine = Options { indirect: true, tolerance: 8e-3, ..direct(4) };
     let last = [Vec3::new(0.3, 0.6, 0.9), Vec3::splat(2.0)];
     let (scene, ids) = room(last);
     let (_, fresh) = solved(scene, &ids, refine);
@@ -179,7 +179,7 @@ fn indirect_light_goes_to_that_of_a_fresh_run() {
     engine.cache().validate();
     let (a, b) = (mean(&mirror, &ids), mean(&fresh, &ids));
     let off = (a / b - 1.0).abs().max_element();
-    assert!(off < 0.004, "{a} {b}; just after the change it was {guess} off");
+    assert!(off < 0.006, "{a} {b}; just after the change it was {guess} off");
     assert!(off < guess, "{off} {guess}");
 }
 

@@ -1,6 +1,6 @@
 //! What was typed: one struct a subcommand, put together from groups of options that several share.
 
-use super::pictures::{Picture, numbered};
+use super::pictures::numbered;
 use super::values;
 use crate::error::{Error, Result};
 use crate::image::atomic;
@@ -427,9 +427,9 @@ impl RenderArgs {
         }
     }
 
-    /// The options that determine a picture, for its EXR attributes.
+    /// The options that determine the image, for its EXR attributes.
     #[must_use]
-    pub fn image_options(&self, picture: &Picture) -> String {
+    pub fn image_options(&self) -> String {
         let mut text = self.scene.image_options("render", self.engine.seed);
         text += &format!(" --update {} --aa {}", self.update.name(), self.output.aa);
         text += if self.refinement.direct_only { " --direct-only" } else { "" };
@@ -444,7 +444,7 @@ impl RenderArgs {
         }
         if let Some(path) = &self.camera_path {
             let path = path.file_name().unwrap_or_default().to_string_lossy();
-            text += &format!(" --camera-path {path} (picture {} of {})", picture.index + 1, picture.of);
+            text += &format!(" --camera-path {path}");
         }
         text
     }

@@ -33,6 +33,14 @@ pub struct Picture {
     pub factors: Vec<Vec3>,
 }
 
+impl Picture {
+    /// Which one it is, for the image's attributes: nothing if there is only one.
+    #[must_use]
+    pub fn label(&self) -> String {
+        if self.of > 1 { format!(" (picture {} of {})", self.index + 1, self.of) } else { String::new() }
+    }
+}
+
 impl Pictures {
     /// Those that the options ask for, starting from the scene's camera.
     ///

@@ -206,9 +206,10 @@ fn make(session: &mut Session<'_>, scene: &Scene, pictures: &Pictures, summary: 
         let by = session.draw(&mut run, &picture, visible)?;
         let shot = Shot { view: &view, camera: picture.camera, display: session.display, levels: &session.levels };
         let still = stills::take(session.renderer, &shot, session.args.output.aa)?;
+        let comments = session.args.image_options() + &picture.label();
         for path in &session.args.output.paths {
             let path = pictures.file(path, &picture);
-            if let Some(warning) = still.write(&path, &session.args.image_options(&picture))? {
+            if let Some(warning) = still.write(&path, &comments)? {
                 let warning = format!("{}: warning: {warning}", path.display());
                 session.progress.report(&warning);
                 summary.warnings.push(warning);

@@ -115,14 +115,16 @@ impl Session<'_> {
     /// The device is lost, memory runs out, or the log cannot be written.
     pub fn draw(&mut self, run: &mut Run, picture: &Picture, visible: Visible) -> Result<&'static str> {
         run.wanted = visible.generation;
-        if self.args.camera_path.is_some() {
-            run.share = self.args.budget.share(picture.of - picture.index, run.first_frame.elapsed(), run.stats.rays);
-        }
         self.progress.picture(picture.index, picture.of);
         self.engine.relight(picture.factors.clone(), visible);
         self.renderer.relight(&picture.factors)?;
         loop {
             let moved = self.take_updates(run)?;
+            if moved && self.args.camera_path.is_some() {
+                // From here on, so that waiting for the first view (the hierarchy is built) takes from all alike.
+                let (left, elapsed) = (picture.of - picture.index, run.first_frame.elapsed());
+                run.share = self.args.budget.share(left, elapsed, run.stats.rays);
+            }
             let by = self.ended_by(run);
             self.frame(run, moved, by.is_some())?;
             if let Some(by) = by {
