@@ -145,6 +145,29 @@ fn a_common_factor_scales_indirect_light() {
     }
 }
 
+/// Until it is gathered again, indirect light is what it was times how much more the lights emit in all: nearer to what it will
+/// be than what it was.
+#[test]
+fn the_first_guess_is_better_than_none() {
+    let indirect = |engine: &Engine| -> Vec<Vec3> {
+        let slots = &engine.cache().slots;
+        (0..slots.end()).map(|slot| slots[slot].indirect.diffuse).collect()
+    };
+    for factors in CHANGES {
+        let (scene, ids) = room([Vec3::ONE; 2]);
+        let (mut engine, mut mirror) = solved(scene, &ids, Options { indirect: true, tolerance: 0.02, ..direct(6) });
+        let before = indirect(&engine);
+        mirror.apply(engine.relight(&in_order(factors), &view(2, &ids)));
+        let guess = indirect(&engine);
+        finish(&mut engine, &mut mirror);
+        let after = indirect(&engine);
+        let off = |a: &[Vec3]| a.iter().zip(&after).map(|(a, b)| (*a - *b).length_squared()).sum::<f32>().sqrt();
+        let value = after.iter().map(|v| v.length_squared()).sum::<f32>().sqrt();
+        println!("{factors:?}: {:.3} without, {:.3} with", off(&before) / value, off(&guess) / value);
+        assert!(off(&guess) < 0.6 * off(&before), "{factors:?}: {} {}", off(&guess), off(&before));
+    }
+}
+
 /// Mean over the drawn triangles, by area and by face.
 fn mean(mirror: &Mirror, ids: &[TriangleId]) -> Vec3 {
     let mut sums = (Vec3::ZERO, 0.0);

@@ -64,8 +64,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Fly the camera along a path and switch lights on the way, writing a numbered picture for each moment (#### in OUT
-    /// stands for the number); --frames is their number [default: 24 a second], and each gets an equal share of --time and
-    /// --rays
+    /// stands for the number); --frames is their number [default: 24 a second], --time and --rays are shared out among them,
+    /// --error holds for each
     #[arg(long, value_name = "PATH.toml", conflicts_with = "reference")]
     pub camera_path: Option<PathBuf>,
     /// What is written.
@@ -177,15 +177,17 @@ impl BudgetArgs {
         self.error.or(unlimited.then_some(Self::DEFAULT_ERROR))
     }
 
-    /// The budget of one picture after which `left` are still to come, this one included, when so much is spent; frames are
-    /// not counted.
+    /// What a run may have spent when picture `index` of `of` is done, from what is spent so far: the rest is shared out evenly,
+    /// but for the first picture, which starts from nothing. Frames are not counted.
     #[must_use]
-    pub fn share(&self, left: u64, elapsed: Duration, rays: u64) -> Self {
-        let share = |limit: Duration| elapsed + limit.saturating_sub(elapsed).div_f64(left.max(1) as f64);
+    pub fn share(&self, index: u64, of: u64, elapsed: Duration, rays: u64) -> Self {
+        const FIRST_COUNTS_AS: f64 = 8.0;
+        let left = of.saturating_sub(index).max(1) as f64;
+        let share = if index == 0 { FIRST_COUNTS_AS / (FIRST_COUNTS_AS - 1.0 + left) } else { left.recip() };
         Self {
-            time: self.time.map(share),
+            time: self.time.map(|limit| elapsed + limit.saturating_sub(elapsed).mul_f64(share)),
             frames: None,
-            rays: self.rays.map(|limit| rays + limit.saturating_sub(rays) / left.max(1)),
+            rays: self.rays.map(|limit| rays + (limit.saturating_sub(rays) as f64 * share) as u64),
             error: Self { frames: None, ..*self }.least_error(),
         }
     }

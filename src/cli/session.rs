@@ -122,8 +122,8 @@ impl Session<'_> {
             let moved = self.take_updates(run)?;
             if moved && self.args.camera_path.is_some() {
                 // From here on, so that waiting for the first view (the hierarchy is built) takes from all alike.
-                let (left, elapsed) = (picture.of - picture.index, run.first_frame.elapsed());
-                run.share = self.args.budget.share(left, elapsed, run.stats.rays);
+                let elapsed = run.first_frame.elapsed();
+                run.share = self.args.budget.share(picture.index, picture.of, elapsed, run.stats.rays);
             }
             let by = self.ended_by(run);
             self.frame(run, moved, by.is_some())?;

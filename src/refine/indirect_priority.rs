@@ -46,7 +46,9 @@ impl Judge<'_> {
     pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
         let node = &self.cache.topology.nodes[id.0];
         let lights = node.corners.map(|slot| self.cache.slots[slot.0].indirect);
-        let noise = lights.iter().map(|l| l.variance).sum::<f32>() / 6.0;
+        // What was never sampled is missing from the picture.
+        let unknown = (UNSAMPLED * self.typical(id)).powi(2);
+        let noise = lights.iter().map(|l| if l.known { l.variance } else { unknown }).sum::<f32>() / 6.0;
         let covered = node.corners.map(|slot| self.is_covered(slot));
         let valid = || (0..3).filter(|&i| !covered[i]).map(|i| luminance(lights[i].diffuse));
         let (least, most) = (valid().fold(f32::INFINITY, f32::min), valid().fold(0.0, f32::max));
