@@ -71,6 +71,7 @@ impl Twins {
         let view = View::new(&camera, SIZE, scene.diagonal());
         let options = Options {
             indirect: false,
+            filter: true,
             seed: 1,
             priority: Priority::Error,
             min_pixels: 3.0,

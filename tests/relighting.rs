@@ -49,19 +49,20 @@ fn view(generation: u32, ids: &[TriangleId]) -> Visible {
     Visible { generation, eye: EYE, faces: ids.iter().map(|&t| (FaceId::new(t, false), 2000)).collect() }
 }
 
-/// Steps until nothing is left.
-fn finish(engine: &mut Engine, mirror: &mut Mirror) {
-    while !mirror.last.stats.converged {
+/// Steps until nothing is left or so many rays are traced.
+fn finish(engine: &mut Engine, mirror: &mut Mirror, rays: u64) {
+    let limit = mirror.last.stats.rays.saturating_add(rays);
+    while !mirror.last.stats.converged && mirror.last.stats.rays < limit {
         mirror.apply(engine.step(Budget::Rays(50_000)));
         engine.counted(&drawn(mirror));
     }
 }
 
-fn solved(scene: Scene, ids: &[TriangleId], options: Options) -> (Engine, Mirror) {
+fn solved(scene: Scene, ids: &[TriangleId], options: Options, rays: u64) -> (Engine, Mirror) {
     let mut engine = engine_with(scene, 1, options);
     let mut mirror = Mirror::default();
     mirror.apply(engine.set_visible(&view(1, ids)));
-    finish(&mut engine, &mut mirror);
+    finish(&mut engine, &mut mirror, rays);
     (engine, mirror)
 }
 
@@ -100,14 +101,15 @@ fn direct(seed: u64) -> Options {
 fn direct_light_is_exact_at_once() {
     for factors in CHANGES {
         let (scene, ids) = room([Vec3::ONE; 2]);
-        let (mut engine, mut mirror) = solved(scene, &ids, Options { min_pixels: f32::INFINITY, ..direct(1) });
+        let (mut engine, mut mirror) =
+            solved(scene, &ids, Options { min_pixels: f32::INFINITY, ..direct(1) }, u64::MAX);
         let rays = mirror.last.stats.rays;
         mirror.apply(engine.relight(&in_order(factors), &view(2, &ids)));
         assert_eq!(mirror.last.stats.rays, rays, "no ray");
         let changed = shown(&mirror);
         // A source that emits nothing is none for the loader; here it stays in place.
         let (scene, ids) = room(factors);
-        let (_, fresh) = solved(scene, &ids, Options { min_pixels: f32::INFINITY, ..direct(1) });
+        let (_, fresh) = solved(scene, &ids, Options { min_pixels: f32::INFINITY, ..direct(1) }, u64::MAX);
         let (worst, count) = difference(&changed, &shown(&fresh));
         assert!(count > 100 && worst < 1e-5, "{factors:?}: {worst} at {count} corners");
     }
@@ -117,8 +119,8 @@ fn direct_light_is_exact_at_once() {
 #[test]
 fn switching_off_and_on_leaves_no_trace() {
     let (scene, ids) = room([Vec3::ONE; 2]);
-    let options = Options { indirect: true, tolerance: 0.02, ..direct(2) };
-    let (mut engine, mut mirror) = solved(scene, &ids, options);
+    let options = Options { indirect: true, filter: true, ..direct(2) };
+    let (mut engine, mut mirror) = solved(scene, &ids, options, 300_000);
     let (before, rays) = (shown(&mirror), mirror.last.stats.rays);
     for (generation, factors) in (2..).zip([[Vec3::ZERO; 2], [Vec3::ONE; 2], [Vec3::ZERO, Vec3::ONE], [Vec3::ONE; 2]]) {
         mirror.apply(engine.relight(&in_order(factors), &view(generation, &ids)));
@@ -134,7 +136,7 @@ fn switching_off_and_on_leaves_no_trace() {
 #[test]
 fn a_common_factor_scales_indirect_light() {
     let (scene, ids) = room([Vec3::ONE; 2]);
-    let (mut engine, mut mirror) = solved(scene, &ids, Options { indirect: true, tolerance: 0.02, ..direct(3) });
+    let (mut engine, mut mirror) = solved(scene, &ids, Options { indirect: true, ..direct(3) }, 300_000);
     let (before, rays) = (shown(&mirror), mirror.last.stats.rays);
     let factor = Vec3::new(0.5, 0.25, 0.125);
     mirror.apply(engine.relight(&in_order([factor; 2]), &view(2, &ids)));
@@ -155,11 +157,11 @@ fn the_first_guess_is_better_than_none() {
     };
     for factors in CHANGES {
         let (scene, ids) = room([Vec3::ONE; 2]);
-        let (mut engine, mut mirror) = solved(scene, &ids, Options { indirect: true, tolerance: 0.02, ..direct(6) });
+        let (mut engine, mut mirror) = solved(scene, &ids, Options { indirect: true, ..direct(6) }, 300_000);
         let before = indirect(&engine);
         mirror.apply(engine.relight(&in_order(factors), &view(2, &ids)));
         let guess = indirect(&engine);
-        finish(&mut engine, &mut mirror);
+        finish(&mut engine, &mut mirror, 500_000);
         let after = indirect(&engine);
         let off = |a: &[Vec3]| a.iter().zip(&after).map(|(a, b)| (*a - *b).length_squared()).sum::<f32>().sqrt();
         let value = after.iter().map(|v| v.length_squared()).sum::<f32>().sqrt();
@@ -183,12 +185,12 @@ fn mean(mirror: &Mirror, ids: &[TriangleId]) -> Vec3 {
 /// on the way is black where light arrives.
 #[test]
 fn indirect_light_goes_to_that_of_a_fresh_run() {
-    let refine = Options { indirect: true, tolerance: 8e-3, ..direct(4) };
+    let refine = Options { indirect: true, ..direct(4) };
     let last = [Vec3::new(0.3, 0.6, 0.9), Vec3::splat(2.0)];
     let (scene, ids) = room(last);
-    let (_, fresh) = solved(scene, &ids, refine);
+    let (_, fresh) = solved(scene, &ids, refine, 1_500_000);
     let (scene, _) = room([Vec3::ONE; 2]);
-    let (mut engine, mut mirror) = solved(scene, &ids, refine);
+    let (mut engine, mut mirror) = solved(scene, &ids, refine, 500_000);
     for (generation, factors) in (2..).zip(CHANGES.into_iter().chain([last])) {
         mirror.apply(engine.relight(&in_order(factors), &view(generation, &ids)));
         let lit = |v: &[Vec3; 2]| v[0].min_element() > 0.0;
@@ -198,11 +200,11 @@ fn indirect_light_goes_to_that_of_a_fresh_run() {
         engine.counted(&drawn(&mirror));
     }
     let guess = (mean(&mirror, &ids) / mean(&fresh, &ids) - 1.0).abs().max_element();
-    finish(&mut engine, &mut mirror);
+    finish(&mut engine, &mut mirror, 1_500_000);
     engine.cache().validate();
     let (a, b) = (mean(&mirror, &ids), mean(&fresh, &ids));
     let off = (a / b - 1.0).abs().max_element();
-    assert!(off < 0.006, "{a} {b}; just after the change it was {guess} off");
+    assert!(off < 0.01, "{a} {b}; just after the change it was {guess} off");
     assert!(off < guess, "{off} {guess}");
 }
 
@@ -210,7 +212,7 @@ fn indirect_light_goes_to_that_of_a_fresh_run() {
 #[test]
 fn a_new_view_of_the_same_faces_traces_nothing() {
     let (scene, ids) = room([Vec3::ONE; 2]);
-    let (mut engine, mut mirror) = solved(scene, &ids, direct(5));
+    let (mut engine, mut mirror) = solved(scene, &ids, direct(5), u64::MAX);
     let (before, stats) = (shown(&mirror), mirror.last.stats);
     mirror.apply(engine.set_visible(&view(2, &ids)));
     assert_eq!(shown(&mirror), before);

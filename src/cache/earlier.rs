@@ -15,6 +15,8 @@ pub struct Gathers {
     pub rays: Sparse<u32>,
     /// Sums over those rays, by slot.
     pub sums: Sparse<LightVector>,
+    /// By midpoint: expected square deviation of D from what its edge's ends predict, luminance²; 0 where nothing is known.
+    pub expected: Sparse<f32>,
 }
 
 /// What is left of other lightings.
@@ -38,11 +40,15 @@ impl Earlier {
     /// scaled, if all lights change alike; what was gathered when they last were so; else nothing.
     pub fn relight(&mut self, gathered: &mut Gathers, before: Lighting, now: &Lighting) {
         self.power = now.power;
+        let squared = before.brightening(now).powi(2);
         if let Some(ratio) = before.common_ratio(now) {
             gathered.sums.for_each_mut(|_, sum| *sum = sum.scaled(ratio));
+            gathered.expected.for_each_mut(|_, square| *square *= squared);
             return;
         }
-        let old = std::mem::take(gathered);
+        let mut expected = gathered.expected.clone();
+        expected.for_each_mut(|_, square| *square *= squared);
+        let old = std::mem::replace(gathered, Gathers { expected, ..Gathers::default() });
         let older = self.before.replace((before, old));
         match older {
             Some((lighting, older)) if lighting == *now => *gathered = older,
@@ -94,7 +100,7 @@ impl Gathers {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.rays.bytes() + self.sums.bytes()
+        self.rays.bytes() + self.sums.bytes() + self.expected.bytes()
     }
 }
 

@@ -21,6 +21,8 @@ pub struct IndirectLayer {
     gathers: Gathers,
     /// What was gathered before the lights changed.
     earlier: Earlier,
+    /// Whether what is shown leans on neighbours while rays are few.
+    pub filter: bool,
 }
 
 /// New rays of one vertex.
@@ -69,6 +71,17 @@ impl IndirectLayer {
         }
     }
 
+    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, luminance².
+    pub fn expect(&mut self, vertex: VertexId, square: f32) {
+        *self.gathers.expected.entry(vertex.0) = square;
+    }
+
+    /// How far a midpoint is expected to deviate, luminance².
+    #[must_use]
+    pub fn expected(&self, vertex: VertexId) -> f32 {
+        self.gathers.expected.get(vertex.0)
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -94,6 +107,10 @@ impl Cache {
     pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3) -> Vec<SlotId> {
         // Ascending: a slot is younger than the ends of its edge.
         let mut due: BinaryHeap<Reverse<SlotId>> = slots.iter().map(|&s| Reverse(s)).collect();
+        if self.indirect.filter {
+            let base = slots.iter().filter(|s| self.slots[s.0].ends.is_none() && self.indirect.is_sampled(**s));
+            due.extend(base.flat_map(|&s| self.neighbours(s)).map(Reverse));
+        }
         let mut written = Vec::with_capacity(slots.len());
         while let Some(Reverse(slot)) = due.pop() {
             if written.last() == Some(&slot) {
@@ -107,18 +124,22 @@ impl Cache {
         written
     }
 
-    /// Indirect light of a slot: its own, or the mean of the ends of its edge.
+    /// Indirect light of a slot: what it has gathered, what the ends of its edge predict, or both by what they are worth.
     fn indirect_light(&self, slot: SlotId, eye: Vec3) -> Light {
-        let record = &self.slots[slot.0];
-        if self.indirect.is_sampled(slot) {
-            return self.gathered(&self.indirect.sum(slot), slot, eye);
+        let ends = self.slots[slot.0].ends;
+        let predicted = ends.map(|ends| self.predicted(ends)).filter(|light| light.known);
+        let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
+        match (own, predicted) {
+            (Some(own), _) if !self.indirect.filter => own,
+            (Some(own), Some(predicted)) if predicted.stale => own,
+            (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
+            (Some(own), None) => self.filtered(slot, own),
+            (None, predicted) => self.guessed(slot, eye).or(predicted).unwrap_or_default(),
         }
-        if let Some(sum) = self.indirect.earlier.guess(slot) {
-            let light = self.gathered(&sum, slot, eye);
-            let doubt = STALE_ERROR * luminance(light.diffuse);
-            return Light { variance: light.variance + doubt * doubt, stale: true, ..light };
-        }
-        let Some(ends) = record.ends else { return Light::default() };
+    }
+
+    /// What the ends of an edge predict for its middle.
+    fn predicted(&self, ends: [SlotId; 2]) -> Light {
         let mut mean = Light::default();
         let mut total = 0.0;
         for end in ends {
@@ -141,7 +162,21 @@ impl Cache {
         mean
     }
 
-    fn gathered(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> Light {
+    /// What a slot has gathered itself.
+    #[must_use]
+    pub fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
+        self.light_of(&self.indirect.sum(slot), slot, eye)
+    }
+
+    /// What a slot gathered before the lights changed, as a guess of what it would now.
+    fn guessed(&self, slot: SlotId, eye: Vec3) -> Option<Light> {
+        let light = self.light_of(&self.indirect.earlier.guess(slot)?, slot, eye);
+        let doubt = STALE_ERROR * luminance(light.diffuse);
+        Some(Light { variance: light.variance + doubt * doubt, stale: true, ..light })
+    }
+
+    /// The light that sums at a slot stand for.
+    fn light_of(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> Light {
         let record = &self.slots[slot.0];
         let to_eye = (eye - self.vertices[record.vertex.0].position).normalize_or(record.normal);
         let specular = record.shininess.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
@@ -150,7 +185,7 @@ impl Cache {
     }
 
     /// Weight of a slot's vertex in interpolation.
-    fn weight(&self, slot: SlotId) -> f32 {
+    pub(super) fn weight(&self, slot: SlotId) -> f32 {
         let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
         if covered { COVERED_WEIGHT } else { 1.0 }
     }
@@ -180,7 +215,7 @@ impl Cache {
     }
 
     fn is_trusted(&self, node: NodeId, value: f32, distance: f32) -> bool {
-        let error = self.topology.nodes[node.0].indirect.surplus;
+        let error = self.topology.nodes[node.0].indirect.doubt;
         let [a, b, c] = self.corner_positions(node);
         let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
         longest < (SMALL_AT_HIT * distance).powi(2) || error < (TRUSTED_ERROR * value).powi(2)

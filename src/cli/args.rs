@@ -215,6 +215,9 @@ pub struct RefinementArgs {
     /// Only light that arrives from the sources without a bounce
     #[arg(long)]
     pub direct_only: bool,
+    /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
+    #[arg(long)]
+    pub no_filter: bool,
     /// Which triangle is split next: where most image error goes a ray, or at random as the paper does
     #[arg(long, value_name = "MODE", default_value = "error", value_parser = values::priority())]
     pub priority: Priority,
@@ -435,6 +438,7 @@ impl RenderArgs {
         let mut text = self.scene.image_options("render", self.engine.seed);
         text += &format!(" --update {} --aa {}", self.update.name(), self.output.aa);
         text += if self.refinement.direct_only { " --direct-only" } else { "" };
+        text += if self.refinement.no_filter { " --no-filter" } else { "" };
         let BudgetArgs { frames, rays, error, .. } = self.budget;
         let budgets = [
             ("frames", frames.map(|n| n.to_string())),

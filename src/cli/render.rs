@@ -140,6 +140,7 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
     Options {
         seed: args.engine.seed,
         indirect: !refinement.direct_only,
+        filter: !refinement.no_filter,
         priority: refinement.priority,
         min_pixels: refinement.min_pixels,
         contrast: refinement.contrast,

@@ -11,9 +11,8 @@ use smallvec::SmallVec;
 /// A diffuse surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffusePoint {
-    /// Position, scene units.
-    pub position: Vec3,
-    /// Where rays start: a little off the facet, on the side that was hit.
+    /// Where light is evaluated and rays start: a little off the facet, on the side that was hit. On the facet itself the
+    /// back of a lamp may come to lie in front of it.
     pub origin: Vec3,
     /// Unit normal of the facet on that side.
     pub facet: Vec3,
@@ -33,7 +32,6 @@ impl DiffusePoint {
         let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
         let scale = position.abs().max_element().max(hit.t * ray.direction.length());
         Self {
-            position,
             origin: position + facet * (scale * LIFT),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
@@ -47,7 +45,7 @@ impl DiffusePoint {
         let sources = &world.lights.sources;
         let factor = |light: usize| world.lights.factor(light);
         let bound =
-            |(light, source): (usize, &Source)| source.bound(self.position, self.normal) * factor(light).max_element();
+            |(light, source): (usize, &Source)| source.bound(self.origin, self.normal) * factor(light).max_element();
         let bounds: SmallVec<[f32; 128]> = sources.iter().enumerate().map(bound).collect();
         let total: f32 = bounds.iter().sum();
         let mut target = pick * total;
@@ -59,8 +57,8 @@ impl DiffusePoint {
         // Rounding may run past the end; the last light that can contribute stands in.
         let Some(light) = chosen.or_else(|| bounds.iter().rposition(|&b| b > 0.0)) else { return Vec3::ZERO };
         let arrival = match &sources[light] {
-            Source::Delta(kind) => delta_arrival(kind, self.position),
-            Source::Area(area) => area.at(self.position).sample(world.scene, [u, v]),
+            Source::Delta(kind) => delta_arrival(kind, self.origin),
+            Source::Area(area) => area.at(self.origin).sample(world.scene, [u, v]),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
         let value = arrival.facing * factor(light) * self.normal.dot(arrival.direction).max(0.0);
@@ -75,12 +73,7 @@ impl DiffusePoint {
     }
 
     fn shadow_ray(&self, arrival: &Arrival) -> Ray {
-        if arrival.distance.is_infinite() {
-            return Ray { origin: self.origin, direction: arrival.direction, t_max: f32::INFINITY };
-        }
-        let offset = self.position + arrival.direction * arrival.distance - self.origin;
-        let length = offset.length();
-        Ray { origin: self.origin, direction: offset / length, t_max: length * SHORT_OF_LIGHT }
+        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * SHORT_OF_LIGHT }
     }
 }
 

@@ -14,6 +14,7 @@ struct PixelSums {
     square: DVec3,
     hits: u32,
     emitters: u32,
+    tied: bool,
 }
 
 /// An image in the making: sums over passes of one sample a pixel.
@@ -30,7 +31,8 @@ pub struct ReferenceImage {
     /// Variance of the mean, each channel, as if samples were independent. They are spread more evenly than that, so it is
     /// an upper bound on average; 0 after a single sample.
     pub variance: Vec<Vec3>,
-    /// Whether a pixel counts in comparisons: covered in every sample, and no emitter seen directly.
+    /// Whether a pixel counts in comparisons: covered in every sample, no emitter seen directly, and no edge through a
+    /// centre at which it is sampled, where raster and ray may show different sides.
     pub mask: Vec<bool>,
 }
 
@@ -87,7 +89,7 @@ impl Accumulator {
             let m = p.sum / n;
             ((p.square / n - m * m).max(DVec3::ZERO) / (n - 1.0).max(1.0)).as_vec3()
         };
-        let counts = |p: &PixelSums| p.hits == self.samples && p.emitters == 0;
+        let counts = |p: &PixelSums| p.hits == self.samples && p.emitters == 0 && !p.tied;
         ReferenceImage {
             mean: self.pixels.iter().map(mean).collect(),
             variance: self.pixels.iter().map(variance).collect(),
@@ -103,5 +105,6 @@ impl PixelSums {
         self.square += radiance * radiance;
         self.hits += u32::from(sample.hit);
         self.emitters += u32::from(sample.emits);
+        self.tied |= sample.tied;
     }
 }

@@ -22,7 +22,22 @@ pub struct Sample {
     pub hit: bool,
     /// Whether that emits.
     pub emits: bool,
+    /// Whether an edge runs through the centre of the pixel, so that a rasteriser may show the other side of it. Looked for
+    /// with the first sample at the centre.
+    pub tied: bool,
 }
+
+impl Sample {
+    /// A sample that met nothing.
+    const MISS: Self = Self { radiance: Vec3::ZERO, hit: false, emits: false, tied: false };
+}
+
+/// Vertices are snapped to this share of a pixel before they are rasterised (8 bits of sub-pixel precision).
+const SNAP: f32 = 1.0 / 256.0;
+/// Depth across an edge against the distance that makes it a silhouette.
+const SILHOUETTE: f32 = 0.01;
+/// Cosine between the two sides of an edge below which it is a crease.
+const CREASE: f32 = 0.999;
 
 /// Traces paths one after the other.
 pub struct Tracer<'a> {
@@ -68,6 +83,13 @@ impl Random {
     }
 }
 
+/// The ray through a point of the image.
+fn primary(view: &View, point: Vec2) -> Ray {
+    let direction = view.direction(point);
+    let origin = view.eye + direction * view.near;
+    Ray { origin, direction: direction.normalize(), t_max: f32::INFINITY }
+}
+
 impl<'a> Tracer<'a> {
     /// A tracer that has traced nothing.
     pub fn new(world: &'a World<'a>, settings: Settings) -> Self {
@@ -89,16 +111,26 @@ impl<'a> Tracer<'a> {
             Filter::Box => (Random::new(seed, 0, index).within_pixel(), 0.0),
         };
         let point = Vec2::new(x as f32, y as f32) + offset;
-        let direction = view.direction(point);
-        let origin = view.eye + direction * view.near;
-        let ray = Ray { origin, direction: direction.normalize(), t_max: f32::INFINITY };
-        let Some(hit) = self.closest(&ray) else { return Sample { radiance: Vec3::ZERO, hit: false, emits: false } };
+        let ray = primary(view, point);
+        let Some(hit) = self.closest(&ray) else { return Sample::MISS };
         let scene = self.world.scene;
         let footprint = Footprint::of_pixel(scene, view, hit.triangle, point, width);
         let surface = Surface::new(scene, &ray, &hit, &footprint);
         let emitted = scene.emitted_over(hit.face(), hit.u, hit.v, &footprint);
         let radiance = emitted + self.reflected(surface, seed, index);
-        Sample { radiance, hit: true, emits: scene.face_emits(hit.face()) }
+        let tied = self.settings.filter == Filter::Point && index == 0 && self.is_tied(view, point, &hit);
+        Sample { radiance, hit: true, emits: scene.face_emits(hit.face()), tied }
+    }
+
+    /// Whether a point of the image lies on an edge as exactly as a rasteriser can tell.
+    fn is_tied(&mut self, view: &View, point: Vec2, hit: &Hit) -> bool {
+        let scene = self.world.scene;
+        let side = |hit: &Hit| scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
+        [Vec2::X, Vec2::Y, Vec2::NEG_X, Vec2::NEG_Y].into_iter().any(|offset| {
+            self.closest(&primary(view, point + offset * SNAP)).is_none_or(|beside| {
+                (beside.t - hit.t).abs() > SILHOUETTE * hit.t || side(&beside).dot(side(hit)) < CREASE
+            })
+        })
     }
 
     /// One sample of the radiance that a surface reflects to the eye.

@@ -1,10 +1,11 @@
 //! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::priority`]).
 
 use super::priority::{CHILD, CONTRAST_WEIGHT, HARD_CONTRAST, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST};
-use crate::cache::dynamic::SlotId;
+use crate::cache::dynamic::{Light, SlotId};
 use crate::cache::topology::{MAX_LEVEL, NodeId};
 use crate::cache::vertex::VertexId;
 use crate::math::luminance;
+use glam::Vec3;
 
 /// Rays of a vertex's first round.
 pub const FIRST_RAYS: u32 = 16;
@@ -46,20 +47,22 @@ impl Judge<'_> {
     pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
         let node = &self.cache.topology.nodes[id.0];
         let lights = node.corners.map(|slot| self.cache.slots[slot.0].indirect);
+        let covered = node.corners.map(|slot| self.is_covered(slot));
+        let valid = || (0..3).filter(|&i| !covered[i]).map(|i| &lights[i]);
+        let count = valid().count();
+        if count == 0 {
+            // Whatever its corners know is not its own light.
+            return [(COVERED * self.typical(id)).powi(2), 0.0];
+        }
+        let y = || valid().map(|light| luminance(light.diffuse));
+        let (least, most) = (y().fold(f32::INFINITY, f32::min), y().fold(0.0, f32::max));
+        // The mean square of what linear weights leave of the corners' independent noise: a half, two thirds or all of it.
         // What was never sampled is missing from the picture.
         let unknown = (UNSAMPLED * self.typical(id)).powi(2);
-        let noise = lights.iter().map(|l| if l.known { l.variance } else { unknown }).sum::<f32>() / 6.0;
-        let covered = node.corners.map(|slot| self.is_covered(slot));
-        let valid = || (0..3).filter(|&i| !covered[i]).map(|i| luminance(lights[i].diffuse));
-        let (least, most) = (valid().fold(f32::INFINITY, f32::min), valid().fold(0.0, f32::max));
-        if covered.iter().all(|&c| c) {
-            // Whatever its corners know is not its own light.
-            return [(COVERED * self.typical(id)).powi(2), noise];
-        }
+        let variance = |l: &Light| if l.known { l.variance } else { unknown };
+        let noise = valid().map(variance).sum::<f32>() * [1.0, 1.0 / 3.0, 1.0 / 6.0][count - 1];
         let contrast = CONTRAST_WEIGHT * (most - least).powi(2);
-        let interpolation = if covered.contains(&true) {
-            (COVERED * most).powi(2) * CHILD.powi(i32::from(node.level.min(1))) + contrast
-        } else if node.indirect.surplus.is_finite() {
+        let interpolation = if node.indirect.surplus.is_finite() {
             node.indirect.surplus + SURPLUS_TO_MSE * CHILD * contrast
         } else {
             (UNMEASURED * most.max(self.typical(id))).powi(2) + contrast
@@ -78,6 +81,17 @@ impl Judge<'_> {
         mixed || most - least > HARD_CONTRAST * (most + least)
     }
 
+    /// Square of how far a middle may deviate where nothing has been measured.
+    pub fn unmeasured(&self, id: NodeId) -> f32 {
+        (COVERED * self.brightest(id).max(self.typical(id))).powi(2)
+    }
+
+    /// Greatest luminance of indirect D at a node's corners.
+    fn brightest(&self, id: NodeId) -> f32 {
+        let corners = self.cache.topology.nodes[id.0].corners;
+        corners.map(|slot| luminance(self.cache.slots[slot.0].indirect.diffuse)).into_iter().fold(0.0, f32::max)
+    }
+
     /// D that would make a node's face as bright as the image is in the mean.
     fn typical(&self, id: NodeId) -> f32 {
         let reflectance = self.reflectances.noise_gain(self.scene, self.cache.topology.nodes[id.0].face).sqrt();
@@ -88,10 +102,10 @@ impl Judge<'_> {
         self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.covered
     }
 
-    /// Square error of interpolating indirect light over a node, from its middles, as far as noise does not explain it.
-    /// `None` while middles are not sampled.
+    /// Square error of interpolating indirect light over a node, from its middles: as far as noise does not explain it, and
+    /// what it may be at most. `None` while middles are not sampled.
     #[must_use]
-    pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<f32> {
+    pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<[f32; 2]> {
         let corners = self.cache.topology.nodes[id.0].corners;
         let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
         let mut noise = 0.0;
@@ -103,13 +117,15 @@ impl Judge<'_> {
                 return 0.0;
             }
             measured = true;
-            let middle = light(middles[i]);
+            // Its own: what it is shown with leans towards what the ends predict.
+            let middle = self.cache.gathered(middles[i], Vec3::ZERO);
             noise += middle.variance + (a.variance + b.variance) * 0.25;
             luminance(middle.diffuse - (a.diffuse + b.diffuse) * 0.5)
         });
         let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         let products = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-        measured.then(|| SURPLUS_TO_MSE * (squares + products - noise * SIGNIFICANCE).max(0.0))
+        let (found, noise) = (squares + products, noise * SIGNIFICANCE);
+        measured.then(|| [(found - noise).max(0.0), found + noise].map(|d| SURPLUS_TO_MSE * d))
     }
 
     /// Key of sampling the middles of a leaf of the mesh of indirect light; 0 if it is not worth it or not allowed.
@@ -122,11 +138,14 @@ impl Judge<'_> {
         if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
             return 0.0;
         }
-        let unseen = if node.indirect.pixels > LARGE { (UNSEEN * self.typical(id)).powi(2) } else { 0.0 };
-        let error = (self.indirect_error(id)[0] + unseen) * self.gain(id);
-        if error < (self.tolerance * self.mean).powi(2) {
-            return 0.0;
+        let mut error = self.indirect_error(id)[0];
+        if node.indirect.pixels > LARGE {
+            error += (UNSEEN * self.typical(id)).powi(2);
         }
+        if self.crosses_contact(id) {
+            error += (COVERED * self.brightest(id)).powi(2) * CHILD;
+        }
+        let error = error * self.gain(id);
         let (mut samples, mut vertices) = (0, 0);
         for edge in node.edges {
             match self.cache.topology.midpoint(edge) {
@@ -152,22 +171,20 @@ impl Judge<'_> {
     pub fn gather_key(&self, id: VertexId) -> f32 {
         let vertex = &self.cache.vertices[id.0];
         let rays = self.cache.indirect.rays(id);
-        if rays >= MAX_RAYS || (vertex.progress.covered && rays > 0) {
+        // A covered midpoint takes over what is known around; of a base vertex something must be known.
+        let is_midpoint = vertex.first_slot.is_some_and(|slot| self.cache.slots[slot.0].ends.is_some());
+        if rays >= MAX_RAYS || (vertex.progress.covered && (rays > 0 || is_midpoint)) {
             return 0.0;
         }
         if rays == 0 {
             let unknown = (UNSAMPLED * self.mean).powi(2);
             return vertex.reach * unknown / (FIRST_RAYS as f32 * RAYS_A_SAMPLE);
         }
-        let (mut variance, mut shows) = (0.0_f32, false);
-        for slot in self.cache.slots_of(id) {
-            let record = &self.cache.slots[slot.0];
-            let least = (LEAST_DEVIATION * luminance(record.indirect.diffuse)).powi(2) / rays as f32;
-            let floor = self.tolerance * luminance(record.diffuse()).max(self.mean);
-            let likely = record.indirect.variance.max(least);
-            variance = variance.max(likely);
-            shows |= likely > floor * floor;
-        }
-        if shows { vertex.reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE) } else { 0.0 }
+        let likely = |slot: SlotId| {
+            let light = &self.cache.slots[slot.0].indirect;
+            light.variance.max((LEAST_DEVIATION * luminance(light.diffuse)).powi(2) / rays as f32)
+        };
+        let variance = self.cache.slots_of(id).map(likely).fold(0.0, f32::max);
+        vertex.reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
     }
 }

@@ -22,6 +22,8 @@ pub struct Options {
     pub seed: u64,
     /// Whether light that bounces is computed, too.
     pub indirect: bool,
+    /// Whether indirect light that is shown leans on neighbours while rays are few.
+    pub filter: bool,
     /// How the next leaf to split is chosen.
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.

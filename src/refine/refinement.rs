@@ -65,7 +65,9 @@ impl Engine {
                 Task::Refine(node) => indirect.refine(node, self.judge().first_rays(node)),
             }
         }
-        if splits.is_empty() && jobs.is_empty() && indirect.tasks() == 0 {
+        // Direct light is done before indirect light ever is: its ladder does not wait.
+        let direct_is_done = splits.is_empty() && jobs.is_empty();
+        if direct_is_done && indirect.tasks() == 0 {
             return self.lower_tolerance();
         }
         let mut fresh = Vec::new();
@@ -85,21 +87,26 @@ impl Engine {
         self.confirm(&fresh, &mut slots);
         self.settle_accounts(&fresh, &slots);
         self.work_on_indirect(&indirect);
+        if direct_is_done && self.tolerance > self.options.tolerance {
+            self.step_down();
+        }
         true
     }
 
     /// Steps down the ladder of tolerances and queues what the visible leaves leave to do there; `false` at its end.
     fn lower_tolerance(&mut self) -> bool {
-        while self.queue.is_empty() {
-            if self.tolerance <= self.options.tolerance {
-                return false;
-            }
-            self.tolerance = (self.tolerance * 0.5).max(self.options.tolerance);
-            let leaves = self.all_visible_leaves();
-            self.enqueue_leaves(&leaves);
-            self.survey_indirect();
+        while self.queue.is_empty() && self.tolerance > self.options.tolerance {
+            self.step_down();
         }
-        true
+        !self.queue.is_empty()
+    }
+
+    /// Halves the tolerance and queues what that leaves to do.
+    fn step_down(&mut self) {
+        self.tolerance = (self.tolerance * 0.5).max(self.options.tolerance);
+        let leaves = self.all_visible_leaves();
+        self.enqueue_leaves(&leaves);
+        self.survey_indirect();
     }
 
     /// What a queued task is worth now; `None` if it is void.

@@ -23,6 +23,7 @@ impl Engine {
             for vertex in std::mem::take(&mut self.enclosed) {
                 self.cache.vertices[vertex.0].progress.covered = false;
             }
+            self.scale_surpluses(before.brightening(&now).powi(2));
             self.cache.indirect.relight(before, &now);
             let all: Vec<SlotId> = (0..self.cache.slots.end()).map(SlotId).collect();
             self.evaluate(&all);
@@ -30,6 +31,15 @@ impl Engine {
             self.measure_surpluses();
         }
         self.set_visible(visible)
+    }
+
+    /// Square errors of interpolating indirect light grow with the square of the light, until they are measured again.
+    fn scale_surpluses(&mut self, factor: f32) {
+        for id in 0..self.cache.topology.nodes.end() {
+            let node = &mut self.cache.topology.nodes[id].indirect;
+            node.surplus *= factor;
+            node.doubt *= factor;
+        }
     }
 
     /// Measures the surpluses of direct light of all split nodes again.

@@ -56,6 +56,13 @@ pub struct Lighting {
 }
 
 impl Lighting {
+    /// How many times as bright the sources are together in `to`; 1 where there is no telling, because all are off in either.
+    #[must_use]
+    pub fn brightening(&self, to: &Self) -> f32 {
+        let ratio = luminance(to.power) / luminance(self.power);
+        if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
+    }
+
     /// What each channel of all light is multiplied by to get from `self` to `to`; `None` if sources change differently, or
     /// if a channel was or is dark.
     #[must_use]

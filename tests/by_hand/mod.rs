@@ -122,6 +122,7 @@ impl Mirror {
 pub fn options(seed: u64) -> Options {
     Options {
         indirect: false,
+        filter: true,
         seed,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,
