@@ -81,6 +81,9 @@ fn wrong_input_is_named_with_status_2_and_leaves_nothing_behind() {
         ("render {cornell} -o a.png --log l.csv --reference none.exr", "none.exr: cannot read"),
         ("render {cornell} -o a.png --size 0x3", "WIDTHxHEIGHT"),
         ("render {cornell} -o a.png --frams 3", "--frames"),
+        ("render {cornell} -o a.png --camera-path none.toml", "none.toml: cannot read"),
+        ("render {cornell} -o a.png --camera-path p.toml --log l.csv --reference r.exr", "cannot be used with"),
+        ("render {cornell} -o no/a.png --camera-path p.toml", "the folder no does not exist"),
         ("bench", "scenes/cornell_box/cornell_box.toml is not here"),
         ("bench {cornell} --camera back", "--camera back: the scene has main"),
         ("bench {cornell} --threads 0", "--threads"),
@@ -191,6 +194,88 @@ fn the_log_has_errors_against_a_reference() {
     let too_small = run(folder.path(), "render {cornell} --size 32x24 -o b.png --log m.csv --reference ref.exr");
     assert_eq!(too_small.status.code(), Some(2));
     assert!(stderr(&too_small).contains("64x48, the render 32x24"), "{}", stderr(&too_small));
+}
+
+/// A camera path through the box whose lamp changes colour, goes out and comes back.
+const WALK: &str = "[[key]]\ntime = 0\nposition = [278, 273, -800]\nlook_at = [278, 273, 0]\n\
+    [[key]]\ntime = 4\nposition = [300, 273, -700]\nlook_at = [278, 273, 0]\n\
+    [[edit]]\ntime = 1\nlight = \"lamp\"\ncolour = [0.5, 0.25, 0.125]\n\
+    [[edit]]\ntime = 2.5\nlight = \"lamp\"\nswitch = \"off\"\n[[edit]]\ntime = 4\nlight = \"lamp\"\nswitch = \"on\"\n";
+
+/// Largest value of each channel of a layer.
+fn largest(path: &Path, layer: &str) -> [f32; 3] {
+    let channels = channels(path);
+    ["R", "G", "B"].map(|c| values(&channels[&format!("{layer}{c}")]).into_iter().fold(0.0, f32::max))
+}
+
+#[test]
+fn a_camera_path_makes_numbered_pictures_and_switches_lights() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("walk.toml"), WALK).unwrap();
+    let common = "render {cornell} --size 64x48 --camera-path walk.toml --frames 5 --deterministic --rays 200000 -q";
+    run_well(folder.path(), &format!("{common} --threads 1 -o one_#.exr -o walk.png --log l.csv"));
+    run_well(folder.path(), &format!("{common} --threads 2 -o two_#.exr"));
+    for number in 1..=5 {
+        let [one, two] = ["one", "two"].map(|n| std::fs::read(at(&format!("{n}_{number}.exr"))).unwrap());
+        assert!(one == two, "picture {number} depends on threads");
+        assert!(at(&format!("walk_000{number}.png")).exists());
+    }
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1 + 15 + 2);
+    let log = std::fs::read_to_string(at("l.csv")).unwrap();
+    assert_eq!(log.lines().skip(1).filter(|row| row.split(',').nth(2) == Some("1")).count(), 5, "{log}");
+
+    let picture = |number: u32, layer: &str| largest(&at(&format!("one_{number}.exr")), layer);
+    let lamp = picture(1, "Le.");
+    let coloured = [0.5, 0.25, 0.125].map(|factor| factor as f32);
+    for (number, factors) in [(1, [1.0; 3]), (2, coloured), (3, coloured), (4, [0.0; 3]), (5, coloured)] {
+        let (emitted, diffuse) = (picture(number, "Le."), picture(number, "D."));
+        for channel in 0..3 {
+            let expected = lamp[channel] * factors[channel];
+            assert!((emitted[channel] - expected).abs() <= 1e-3 * expected, "picture {number}: {emitted:?}");
+            assert_eq!(diffuse[channel] > 0.0, factors[channel] > 0.0, "picture {number}: {diffuse:?}");
+        }
+    }
+    assert_eq!((picture(4, ""), picture(4, "S.")), ([0.0; 3], [0.0; 3]), "all is dark without the lamp");
+}
+
+#[test]
+fn pictures_of_a_still_camera_trace_no_direct_light_again() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let still = "[[key]]\ntime = 0\nposition = [278, 273, -800]\nlook_at = [278, 273, 0]\n";
+    std::fs::write(folder.path().join("still.toml"), still).unwrap();
+    let line = "--size 64x48 --camera-path still.toml --frames 4 --direct-only --error 0.05 --deterministic -o a.png --log l.csv -q";
+    run_well(folder.path(), &format!("render {{cornell}} {line}"));
+    let log = std::fs::read_to_string(folder.path().join("l.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = log.lines().skip(1).map(|row| row.split(',').collect()).collect();
+    let starts: Vec<usize> = (0..rows.len()).filter(|&i| rows[i][2] == "1").collect();
+    assert_eq!(starts.len(), 4, "{log}");
+    let end_of_first = rows[starts[1] - 1][13].parse::<u64>().unwrap();
+    let end = rows.last().unwrap()[13].parse::<u64>().unwrap();
+    assert!(end_of_first > 1000 && end == end_of_first, "{end_of_first} rays, then {end}");
+}
+
+#[test]
+fn edits_of_lights_that_are_not_there_are_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let path =
+        format!("{WALK}[[edit]]\ntime = 1\nlight = \"lamb\"\nswitch = \"off\"\n[[edit]]\ntime = -1\nlight = \"x\"\n");
+    std::fs::write(folder.path().join("walk.toml"), &path).unwrap();
+    let output = run(folder.path(), "render {cornell} -o a.png --camera-path walk.toml");
+    assert_eq!(output.status.code(), Some(2));
+    let said = stderr(&output);
+    assert!(said.lines().count() == 2 && said.contains("time must be") && said.contains("changes nothing"), "{said}");
+    std::fs::write(folder.path().join("walk.toml"), path.split("[[edit]]\ntime = -1").next().unwrap()).unwrap();
+    let output = run(folder.path(), "render {cornell} -o a.png --camera-path walk.toml");
+    assert_eq!(output.status.code(), Some(2));
+    let said = stderr(&output);
+    assert_eq!(said, "walk.toml:23: error: the scene has no light \"lamb\": did you mean \"lamp\"?\n");
 }
 
 /// A tilted floor of small checks, a chrome ball's stand-in and a pane of glass.

@@ -34,6 +34,23 @@ fn refused(line: &str) -> String {
 }
 
 #[test]
+fn budgets_are_shared_out_among_pictures() {
+    let budget = render("s.obj -o a.exr --frames 10 --rays 1700 --time 17 --camera-path p.toml").budget;
+    // The first counts as eight: 8 of 17 parts.
+    let first = budget.share(0, 10, Duration::ZERO, 0);
+    assert_eq!(
+        (first.time, first.rays, first.frames, first.error),
+        (Some(Duration::from_secs(8)), Some(800), None, None)
+    );
+    let second = budget.share(1, 10, Duration::from_secs(8), 800);
+    assert_eq!((second.time, second.rays), (Some(Duration::from_secs(9)), Some(900)));
+    let last = budget.share(9, 10, Duration::from_secs(20), 1600);
+    assert_eq!((last.time, last.rays), (Some(Duration::from_secs(20)), Some(1700)), "what is overspent is gone");
+    let still = render("s.obj -o a.exr --frames 10 --camera-path p.toml").budget.share(3, 10, Duration::ZERO, 0);
+    assert_eq!((still.least_error(), still.rays), (Some(0.01), None), "frames are no limit for a picture");
+}
+
+#[test]
 fn the_definition_is_sound() {
     Cli::command().debug_assert();
 }

@@ -91,7 +91,8 @@ pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
         Wanted::Settle => {
             let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
             for light in 0..world.lights.sources.len() as u32 {
-                if open(cache.layers[light as usize].visibility.get(job.vertex.0)) {
+                if world.lights.is_on(light as usize) && open(cache.layers[light as usize].visibility.get(job.vertex.0))
+                {
                     sample(world, cache, (job.vertex, light), PENUMBRA_POINTS, out);
                 }
             }
@@ -106,21 +107,26 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
     let before = out.lights.len();
     first_lights(world, cache, id, node, out);
     // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
-    let dark = out.lights[before..].iter().all(|result| result.visibility.fraction() == 0.0);
+    let dark = out.lights[before..]
+        .iter()
+        .all(|result| result.visibility.fraction() == 0.0 || !world.lights.is_on(result.light as usize));
     if world.is_covered(&cache.vertices[id.0].site(), dark, &mut out.rays) {
         out.covered.push(id);
     }
 }
 
 fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
-    let mut strengths = strengths(world, cache, id);
-    strengths.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    // As loaded: what light can arrive at all; and as it is now.
+    let now =
+        |&(loaded, light): &(f32, u32)| (loaded * world.lights.factor(light as usize).max_element(), loaded, light);
+    let mut strengths: SmallVec<[(f32, f32, u32); 128]> = strengths(world, cache, id).iter().map(now).collect();
+    strengths.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
     let all: f32 = strengths.iter().map(|s| s.0).sum();
     let (mut left, negligible) = (all, all * DEFERRED_SHARE);
-    for (strength, light) in strengths {
-        let faint = left <= negligible;
+    for (strength, loaded, light) in strengths {
+        let faint = left <= negligible || strength == 0.0;
         left -= strength;
-        let taken = if strength == 0.0 {
+        let taken = if loaded == 0.0 {
             Some(Visibility::taken_over(Origin::Inferred, 0.0))
         } else {
             take_over(cache, (source_of(world, light), light), node, faint)
@@ -231,7 +237,7 @@ fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: 
 fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
     for (light, source) in (0_u32..).zip(&world.lights.sources) {
         let known = cache.layers[light as usize].visibility.get(id.0);
-        if is_doubled(source, known) {
+        if world.lights.is_on(light as usize) && is_doubled(source, known) {
             let mut round = AreaRound::new(world, cache, (id, light), known, out);
             round.trace(known.points * 2, out);
             round.finish(out);

@@ -70,6 +70,8 @@ pub struct Light {
     pub variance: f32,
     /// Whether there is a value at all.
     pub known: bool,
+    /// Whether it is a guess from before the lights changed: to be shown, but not to be computed with.
+    pub stale: bool,
 }
 
 impl SlotRecord {

@@ -113,5 +113,6 @@ fn combine(own: Estimate, predicted: Estimate) -> Light {
         specular: mix(predicted.light.specular, own.light.specular),
         variance: own.noise * share,
         known: true,
+        stale: false,
     }
 }

@@ -2,12 +2,13 @@
 //! (method 3, 6).
 
 use super::dynamic::{COVERED_WEIGHT, Cache, Light, SlotId};
-use super::pool::Sparse;
+use super::earlier::{Earlier, Gathers};
 use super::topology::NodeId;
 use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
 use crate::geom::Hit;
 use crate::math::luminance;
+use crate::shade::lights::Lighting;
 use glam::Vec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -16,12 +17,10 @@ use std::f32::consts::PI;
 /// Light vectors, sparse over vertices and slots.
 #[derive(Clone, Debug, Default)]
 pub struct IndirectLayer {
-    /// Rays gathered so far, by vertex.
-    rays: Sparse<u32>,
-    /// Sums over those rays, by slot: one set of rays serves all normals of a vertex.
-    sums: Sparse<LightVector>,
-    /// By midpoint: expected square deviation of D from what its edge's ends predict, luminance²; 0 where nothing is known.
-    expected: Sparse<f32>,
+    /// Rays gathered so far, by vertex, and sums over them, by slot: one set of rays serves all normals of a vertex.
+    gathers: Gathers,
+    /// What was gathered before the lights changed.
+    earlier: Earlier,
     /// Whether what is shown leans on neighbours while rays are few.
     pub filter: bool,
 }
@@ -40,6 +39,8 @@ pub struct Round {
 /// A leaf of the mesh of indirect light is taken at its word at a hit if its edges are shorter than this share of the ray:
 /// what it gets wrong evens out over the hemisphere.
 const SMALL_AT_HIT: f32 = 0.25;
+/// Standard error of a guess from before the lights changed, against the value.
+const STALE_ERROR: f32 = 0.25;
 /// Error of interpolation against the value up to which it is taken at its word anyway.
 const TRUSTED_ERROR: f32 = 0.1;
 
@@ -47,44 +48,56 @@ impl IndirectLayer {
     /// Rays gathered at a vertex.
     #[must_use]
     pub fn rays(&self, vertex: VertexId) -> u32 {
-        self.rays.get(vertex.0)
+        self.gathers.rays.get(vertex.0)
     }
 
     /// Whether a slot has gathered anything itself. (A look that was added after its vertex's last round has not.)
     #[must_use]
     pub fn is_sampled(&self, slot: SlotId) -> bool {
-        self.sums.get(slot.0).samples() > 0
+        self.gathers.sums.get(slot.0).samples() > 0
     }
 
     /// What a slot has gathered.
     #[must_use]
     pub fn sum(&self, slot: SlotId) -> LightVector {
-        self.sums.get(slot.0)
+        self.gathers.sums.get(slot.0)
     }
 
     /// Adds a round.
     pub fn add(&mut self, round: Round, sums: &[(SlotId, LightVector)]) {
-        *self.rays.entry(round.vertex.0) += round.rays;
+        *self.gathers.rays.entry(round.vertex.0) += round.rays;
         for (slot, sum) in sums {
-            self.sums.entry(slot.0).add(sum);
+            self.gathers.sums.entry(slot.0).add(sum);
         }
     }
 
     /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, luminance².
     pub fn expect(&mut self, vertex: VertexId, square: f32) {
-        *self.expected.entry(vertex.0) = square;
+        *self.gathers.expected.entry(vertex.0) = square;
     }
 
     /// How far a midpoint is expected to deviate, luminance².
     #[must_use]
     pub fn expected(&self, vertex: VertexId) -> f32 {
-        self.expected.get(vertex.0)
+        self.gathers.expected.get(vertex.0)
     }
 
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.rays.bytes() + self.sums.bytes() + self.expected.bytes()
+        self.gathers.bytes() + self.earlier.bytes()
+    }
+
+    /// Takes in that the lights have changed: what was gathered is scaled, brought back or set aside. The slots' values are
+    /// to be refreshed.
+    pub fn relight(&mut self, before: Lighting, now: &Lighting) {
+        self.earlier.relight(&mut self.gathers, before, now);
+    }
+
+    /// Rays of a vertex's next round that would be its first under the present lights, `least` or more.
+    #[must_use]
+    pub fn first_rays(&self, vertex: VertexId, least: u32) -> u32 {
+        self.earlier.first_rays(vertex, least)
     }
 }
 
@@ -118,9 +131,10 @@ impl Cache {
         let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
         match (own, predicted) {
             (Some(own), _) if !self.indirect.filter => own,
+            (Some(own), Some(predicted)) if predicted.stale => own,
             (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
             (Some(own), None) => self.filtered(slot, own),
-            (None, predicted) => predicted.unwrap_or_default(),
+            (None, predicted) => self.guessed(slot, eye).or(predicted).unwrap_or_default(),
         }
     }
 
@@ -137,6 +151,7 @@ impl Cache {
                 mean.variance += light.variance * weight * weight;
                 total += weight;
                 mean.known = true;
+                mean.stale |= light.stale;
             }
         }
         if total > 0.0 {
@@ -150,11 +165,23 @@ impl Cache {
     /// What a slot has gathered itself.
     #[must_use]
     pub fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
+        self.light_of(&self.indirect.sum(slot), slot, eye)
+    }
+
+    /// What a slot gathered before the lights changed, as a guess of what it would now.
+    fn guessed(&self, slot: SlotId, eye: Vec3) -> Option<Light> {
+        let light = self.light_of(&self.indirect.earlier.guess(slot)?, slot, eye);
+        let doubt = STALE_ERROR * luminance(light.diffuse);
+        Some(Light { variance: light.variance + doubt * doubt, stale: true, ..light })
+    }
+
+    /// The light that sums at a slot stand for.
+    fn light_of(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> Light {
         let record = &self.slots[slot.0];
-        let sum = self.indirect.sum(slot);
         let to_eye = (eye - self.vertices[record.vertex.0].position).normalize_or(record.normal);
         let specular = record.shininess.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
-        Light { diffuse: sum.irradiance() / PI, specular, variance: sum.variance_of_mean() / (PI * PI), known: true }
+        let variance = sum.variance_of_mean() / (PI * PI);
+        Light { diffuse: sum.irradiance() / PI, specular, variance, known: true, stale: false }
     }
 
     /// Weight of a slot's vertex in interpolation.
@@ -175,10 +202,11 @@ impl Cache {
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
         for (slot, weight) in self.topology.nodes[node.0].corners.into_iter().zip(weights) {
             let light = self.slots[slot.0].indirect;
-            if !light.known && !self.vertices[self.slots[slot.0].vertex.0].progress.covered {
+            let known = light.known && !light.stale;
+            if !known && !self.vertices[self.slots[slot.0].vertex.0].progress.covered {
                 return None;
             }
-            let weight = if light.known { weight.max(0.0) * self.weight(slot) } else { 0.0 };
+            let weight = if known { weight.max(0.0) * self.weight(slot) } else { 0.0 };
             sum += light.diffuse * weight;
             total += weight;
         }

@@ -62,6 +62,10 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
     };
     let mut sum = Sum::default();
     for (light, (source, layer)) in (0_u32..).zip(world.lights.sources.iter().zip(&cache.layers)) {
+        let factor = world.lights.factor(light as usize);
+        if factor == Vec3::ZERO {
+            continue;
+        }
         let visibility = layer.visibility.get(record.vertex.0);
         let spread = spread(source, visibility);
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
@@ -69,7 +73,7 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
                 Source::Delta(kind) => place.delta(kind, visibility),
                 Source::Area(area) => place.area((light, area, layer), visibility),
             };
-            sum.add(part, spread);
+            sum.add(part.times(factor), spread);
         }
     }
     let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
@@ -83,6 +87,16 @@ struct Part {
     /// Irradiance without occlusion.
     unoccluded: Vec3,
     specular: Vec3,
+}
+
+impl Part {
+    fn times(self, factor: Vec3) -> Self {
+        Self {
+            irradiance: self.irradiance * factor,
+            unoccluded: self.unoccluded * factor,
+            specular: self.specular * factor,
+        }
+    }
 }
 
 /// Light of all sources.

@@ -22,8 +22,10 @@ const GRAZING: f32 = 0.05;
 #[must_use]
 pub fn surprise(world: &World<'_>, cache: &Cache, id: NodeId, rays: &mut u64) -> f32 {
     let site = middle(cache, id);
-    let strength = |source: &Source| source.strength(site.position, site.normal);
-    let strengths: SmallVec<[f32; 128]> = world.lights.sources.iter().map(strength).collect();
+    let strength = |(light, source): (usize, &Source)| {
+        source.strength(site.position, site.normal) * world.lights.factor(light).max_element()
+    };
+    let strengths: SmallVec<[f32; 128]> = world.lights.sources.iter().enumerate().map(strength).collect();
     let weak = WEAK * strengths.iter().sum::<f32>();
     let mut surprise = 0.0;
     for (light, &strength) in strengths.iter().enumerate().filter(|(_, strength)| **strength > weak) {

@@ -97,6 +97,16 @@ impl<T: Default + Copy> Sparse<T> {
         &mut page[index as usize % PAGE]
     }
 
+    /// Visits the values of all pages, with their indices: those written, and defaults beside them.
+    pub fn for_each_mut(&mut self, mut visit: impl FnMut(u32, &mut T)) {
+        for (page, first) in self.pages.iter_mut().zip((0..).step_by(PAGE)) {
+            page.iter_mut()
+                .flat_map(|page| page.iter_mut())
+                .zip(first..)
+                .for_each(|(value, index)| visit(index, value));
+        }
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -1,5 +1,6 @@
 //! What was typed: one struct a subcommand, put together from groups of options that several share.
 
+use super::pictures::numbered;
 use super::values;
 use crate::error::{Error, Result};
 use crate::estimate::hemisphere::Method;
@@ -22,6 +23,7 @@ const AFTER_HELP: &str = "\
 Examples:
   penombre render scene.toml -o image.png --time 10
   penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
+  penombre render scene.toml -o walk_####.png --camera-path walk.toml --error 0.05
   penombre reference scene.toml -o ref.exr --filter point --spp 1024
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
   penombre bench scene.toml
@@ -62,6 +64,11 @@ pub struct RenderArgs {
     /// The scene and the view of it.
     #[command(flatten)]
     pub scene: SceneArgs,
+    /// Fly the camera along a path and switch lights on the way, writing a numbered picture for each moment (#### in OUT
+    /// stands for the number); --frames is their number [default: 24 a second], --time and --rays are shared out among them,
+    /// --error holds for each
+    #[arg(long, value_name = "PATH.toml", conflicts_with = "reference")]
+    pub camera_path: Option<PathBuf>,
     /// What is written.
     #[command(flatten)]
     pub output: OutputArgs,
@@ -149,7 +156,7 @@ pub struct BudgetArgs {
     /// Wall-clock seconds from the first frame
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = values::seconds)]
     pub time: Option<Duration>,
-    /// Frames
+    /// Frames; with --camera-path the pictures
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
     pub frames: Option<u64>,
     /// Rays
@@ -169,6 +176,21 @@ impl BudgetArgs {
     pub fn least_error(&self) -> Option<f32> {
         let unlimited = self.time.is_none() && self.frames.is_none() && self.rays.is_none();
         self.error.or(unlimited.then_some(Self::DEFAULT_ERROR))
+    }
+
+    /// What a run may have spent when picture `index` of `of` is done, from what is spent so far: the rest is shared out evenly,
+    /// but for the first picture, which starts from nothing. Frames are not counted.
+    #[must_use]
+    pub fn share(&self, index: u64, of: u64, elapsed: Duration, rays: u64) -> Self {
+        const FIRST_COUNTS_AS: f64 = 8.0;
+        let left = of.saturating_sub(index).max(1) as f64;
+        let share = if index == 0 { FIRST_COUNTS_AS / (FIRST_COUNTS_AS - 1.0 + left) } else { left.recip() };
+        Self {
+            time: self.time.map(|limit| elapsed + limit.saturating_sub(elapsed).mul_f64(share)),
+            frames: None,
+            rays: self.rays.map(|limit| rays + (limit.saturating_sub(rays) as f64 * share) as u64),
+            error: Self { frames: None, ..*self }.least_error(),
+        }
     }
 }
 
@@ -393,10 +415,11 @@ impl SceneArgs {
 }
 
 impl RenderArgs {
-    /// Every file that the command writes: images, frame log, summary.
+    /// Every file that the command writes: images (the first of a path), frame log, summary.
     fn written(&self) -> Vec<PathBuf> {
         let log = self.log.iter().flat_map(|log| [log.clone(), Summary::path_beside(log)]);
-        self.output.paths.iter().cloned().chain(log).collect()
+        let numbered = |path: &PathBuf| if self.camera_path.is_some() { numbered(path, 1) } else { path.clone() };
+        self.output.paths.iter().map(numbered).chain(log).collect()
     }
 
     /// Checks before any work that all files can be written and that none would replace the reference.
@@ -434,6 +457,10 @@ impl RenderArgs {
         ];
         for (name, value) in budgets {
             text += &value.map_or_else(String::new, |v| format!(" --{name} {v}"));
+        }
+        if let Some(path) = &self.camera_path {
+            let path = path.file_name().unwrap_or_default().to_string_lossy();
+            text += &format!(" --camera-path {path}");
         }
         text
     }

@@ -6,6 +6,7 @@ pub mod diff;
 pub mod info;
 pub mod interrupt;
 pub mod output;
+pub mod pictures;
 pub mod progress;
 pub mod reference;
 pub mod render;

@@ -8,6 +8,8 @@ use std::time::Duration;
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
+    /// Which of several pictures is made.
+    picture: String,
 }
 
 impl Progress {
@@ -22,13 +24,19 @@ impl Progress {
         };
         Self {
             bar: bar.with_style(ProgressStyle::with_template("{msg}").unwrap_or_else(|_| ProgressStyle::default_bar())),
+            picture: String::new(),
         }
+    }
+
+    /// Says which of several pictures is made from now on, from 0.
+    pub fn picture(&mut self, index: u64, of: u64) {
+        self.picture = if of > 1 { format!("{}/{of}  ", index + 1) } else { String::new() };
     }
 
     /// Shows the state of the engine at `elapsed` since the first frame.
     pub fn update(&self, elapsed: Duration, stats: &EngineStats) {
         if !self.bar.is_hidden() {
-            self.bar.set_message(line(elapsed, stats));
+            self.bar.set_message(self.picture.clone() + &line(elapsed, stats));
             self.bar.tick();
         }
     }

@@ -1,6 +1,7 @@
 //! `penombre render`: set up in parallel, run the frame loop, write the images.
 
 use super::args::{PixelCounts, RenderArgs, thread_count};
+use super::pictures::{Picture, Pictures};
 use super::progress::Progress;
 use super::session::{Ended, Session};
 use super::stills::Shot;
@@ -41,23 +42,22 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     summary.warnings = report.lines(Severity::Warning);
     summary.stand_ins = report.lines(Severity::StandIn);
     let camera = scene::camera(&scene, args.scene.camera.as_deref())?;
+    let pictures = Pictures::new(args, &scene, camera)?;
     let display = args.output.display(&scene.display);
     let scene = Arc::new(scene);
     let hierarchy = build_hierarchy(&scene)?;
     let mut gpu = join(gpu)??;
-    let view = scene::view(&scene, &camera, &args.scene);
-    let faces = prepare(&mut gpu.renderer, &scene, &view, args.output.aa)?;
+    gpu.renderer.load(&scene)?;
+    gpu.renderer.resize(args.scene.size)?;
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
     let engine = start_engine(args, &scene, hierarchy)?;
-    engine.set_visible(Visible { generation: 1, eye: view.eye, faces });
     let reference = reference.map(|image| Yardstick::new(image, display));
     let renderer = &mut gpu.renderer;
+    summary.warnings.extend(fallbacks(args, renderer));
     let progress = Progress::new(args.verbosity.quiet);
     let mut session = Session { args, renderer, engine, display, reference, progress, start, levels: Vec::new() };
-    let ended = session.run()?;
-    let shot = Shot { view: &view, camera, display, levels: session.levels };
-    summary.warnings.extend(fallbacks(args, &gpu.renderer));
-    summary.warnings.extend(write_images(args, &mut gpu.renderer, &shot)?);
+    let ended = make(&mut session, &scene, &pictures, &mut summary)?;
+    drop(session);
     summary.times.bvh = bvh_seconds.get().copied();
     finish(args, summary, &gpu, &ended, start)?;
     let device = Arc::clone(gpu.renderer.device());
@@ -183,10 +183,52 @@ fn fallbacks(args: &RenderArgs, renderer: &Renderer) -> Vec<String> {
     warnings
 }
 
-/// Uploads the scene and finds what the camera sees: the union over the jitters of the written image, pixels averaged.
-fn prepare(renderer: &mut Renderer, scene: &Scene, view: &View, aa: u32) -> Result<Vec<(FaceId, u32)>> {
-    renderer.load(scene)?;
-    renderer.resize(view.size)?;
+/// A picture that is about to be made.
+struct Aimed {
+    picture: Picture,
+    view: View,
+    visible: Visible,
+}
+
+/// Points the renderer's camera at a picture.
+fn aim(session: &mut Session<'_>, scene: &Scene, picture: Picture) -> Result<Aimed> {
+    let args = session.args;
+    let view = scene::view(scene, &picture.camera, &args.scene);
+    let faces = visible_faces(session.renderer, &view, args.output.aa)?;
+    let generation = u32::try_from(picture.index + 1).unwrap_or(u32::MAX);
+    Ok(Aimed { picture, view, visible: Visible { generation, eye: view.eye, faces } })
+}
+
+/// Makes all pictures and writes each when it is done; a signal makes the present one the last.
+fn make(session: &mut Session<'_>, scene: &Scene, pictures: &Pictures, summary: &mut Summary) -> Result<Ended> {
+    let mut aimed = aim(session, scene, pictures.picture(0, scene))?;
+    let mut run = session.start()?;
+    loop {
+        let Aimed { picture, view, visible } = aimed;
+        let by = session.draw(&mut run, &picture, visible)?;
+        let shot = Shot { view: &view, camera: picture.camera, display: session.display, levels: &session.levels };
+        let still = stills::take(session.renderer, &shot, session.args.output.aa)?;
+        let comments = session.args.image_options() + &picture.label();
+        for path in &session.args.output.paths {
+            let path = pictures.file(path, &picture);
+            if let Some(warning) = still.write(&path, &comments)? {
+                let warning = format!("{}: warning: {warning}", path.display());
+                session.progress.report(&warning);
+                summary.warnings.push(warning);
+            }
+        }
+        let next = picture.index + 1;
+        if next == pictures.count() || interrupt::requested() {
+            session.progress.finish();
+            let all = pictures.count() > 1 && !interrupt::requested();
+            return Ok(run.ended(if all { "path" } else { by }, session.start));
+        }
+        aimed = aim(session, scene, pictures.picture(next, scene))?;
+    }
+}
+
+/// Finds what the camera sees: the union over the jitters of the written image, pixels averaged.
+fn visible_faces(renderer: &mut Renderer, view: &View, aa: u32) -> Result<Vec<(FaceId, u32)>> {
     let offsets = film::jitter(aa);
     let mut all: Vec<(FaceId, u32)> = Vec::new();
     for &offset in offsets.iter().rev() {
@@ -208,20 +250,6 @@ fn prepare(renderer: &mut Renderer, scene: &Scene, view: &View, aa: u32) -> Resu
     let redraws = if aa > 1 { aa + 1 } else { 1 };
     merged.iter_mut().for_each(|(_, pixels)| *pixels = pixels.div_ceil(redraws));
     Ok(merged)
-}
-
-/// Writes all outputs; returns warnings.
-fn write_images(args: &RenderArgs, renderer: &mut Renderer, shot: &Shot<'_>) -> Result<Vec<String>> {
-    let still = stills::take(renderer, shot, args.output.aa)?;
-    let mut warnings = Vec::new();
-    for path in &args.output.paths {
-        if let Some(warning) = still.write(path, &args.image_options())? {
-            let warning = format!("{}: warning: {warning}", path.display());
-            output::report(&warning);
-            warnings.push(warning);
-        }
-    }
-    Ok(warnings)
 }
 
 /// Prints what was not destroyed, where the validation layers listen (`PENOMBRE_VALIDATION=1`); their own messages are

@@ -1,13 +1,14 @@
 //! The frame loop of a headless run: updates in, frames out, a log row each, until a budget is spent.
 
-use super::args::{PixelCounts, RenderArgs};
+use super::args::{BudgetArgs, PixelCounts, RenderArgs};
 use super::interrupt;
+use super::pictures::Picture;
 use super::progress::Progress;
 use super::yardstick::Yardstick;
 use crate::error::{Error, Result};
 use crate::log::frame_log::{FrameLog, FrameRecord, PassRecord};
 use crate::pass::{FrameOptions, FrameStats, Renderer};
-use crate::refine::engine::Counted;
+use crate::refine::engine::{Counted, Visible};
 use crate::refine::thread::EngineThread;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::Display;
@@ -46,7 +47,7 @@ pub struct Session<'a> {
 /// What a run did.
 #[derive(Clone, Debug)]
 pub struct Ended {
-    /// Why it ended: a budget's name, `converged` or `interrupted`.
+    /// Why it ended: a budget's name, `converged`, `interrupted`, or `path` when all its pictures are there.
     pub by: &'static str,
     /// Frames drawn.
     pub frames: u64,
@@ -60,9 +61,13 @@ pub struct Ended {
     pub elapsed: f64,
 }
 
-/// State of the loop.
-struct Run {
+/// How far a run has come.
+pub struct Run {
     log: Option<FrameLog>,
+    /// What may be spent until the present picture is done.
+    share: BudgetArgs,
+    /// Generation of its view.
+    wanted: u32,
     first_frame: Instant,
     last_combine: Option<Instant>,
     frames: u64,
@@ -77,18 +82,20 @@ struct Run {
 }
 
 impl Session<'_> {
-    /// Runs frames until a budget is spent, nothing is left to do, or a signal comes.
+    /// Starts the clock and the log.
     ///
     /// # Errors
-    /// The device is lost, memory runs out, or the log cannot be written.
-    pub fn run(&mut self) -> Result<Ended> {
+    /// The log cannot be written.
+    pub fn start(&self) -> Result<Run> {
         let first_frame = Instant::now();
         let log = match &self.args.log {
             Some(path) => Some(FrameLog::create(path, first_frame, self.reference.is_some())?),
             None => None,
         };
-        let mut run = Run {
+        Ok(Run {
             log,
+            share: self.args.budget,
+            wanted: 0,
             first_frame,
             last_combine: None,
             frames: 0,
@@ -98,14 +105,30 @@ impl Session<'_> {
             counted: VecDeque::new(),
             first_shown: None,
             complete_shown: None,
-        };
+        })
+    }
+
+    /// Draws frames of a picture whose view the renderer has and whose faces are visible, until its share of the budgets is
+    /// spent, nothing is left to do, or a signal comes; returns why it ended.
+    ///
+    /// # Errors
+    /// The device is lost, memory runs out, or the log cannot be written.
+    pub fn draw(&mut self, run: &mut Run, picture: &Picture, visible: Visible) -> Result<&'static str> {
+        run.wanted = visible.generation;
+        self.progress.picture(picture.index, picture.of);
+        self.engine.relight(picture.factors.clone(), visible);
+        self.renderer.relight(&picture.factors)?;
         loop {
-            let moved = self.take_updates(&mut run)?;
-            let by = self.ended_by(&run);
-            self.frame(&mut run, moved, by.is_some())?;
+            let moved = self.take_updates(run)?;
+            if moved && self.args.camera_path.is_some() {
+                // From here on, so that waiting for the first view (the hierarchy is built) takes from all alike.
+                let elapsed = run.first_frame.elapsed();
+                run.share = self.args.budget.share(picture.index, picture.of, elapsed, run.stats.rays);
+            }
+            let by = self.ended_by(run);
+            self.frame(run, moved, by.is_some())?;
             if let Some(by) = by {
-                self.progress.finish();
-                return Ok(run.ended(by, self.start));
+                return Ok(by);
             }
         }
     }
@@ -140,7 +163,7 @@ impl Session<'_> {
 
     /// Lockstep: the first frame takes the view's update, each later one a fixed amount of work.
     fn one_step(&self, run: &Run) -> Result<Vec<Update>> {
-        if run.generation.is_some() {
+        if run.generation == Some(run.wanted) {
             self.engine.step(RAYS_A_FRAME);
         }
         Ok(vec![self.engine.wait().ok_or_else(engine_died)?])
@@ -152,8 +175,13 @@ impl Session<'_> {
             self.args.refresh.saturating_sub(last.elapsed()).max(Duration::from_millis(1))
         });
         let mut updates: Vec<Update> = Vec::new();
-        if run.generation.is_none() {
-            updates.push(self.engine.wait().ok_or_else(engine_died)?);
+        if run.generation != Some(run.wanted) {
+            // What is left of the view before is void.
+            let mut update = self.engine.wait().ok_or_else(engine_died)?;
+            while update.generation != run.wanted {
+                update = self.engine.wait().ok_or_else(engine_died)?;
+            }
+            updates.push(update);
         } else if !run.stats.converged && !self.renderer.has_pending() {
             updates.extend(self.engine.wait_for(due));
         }
@@ -161,9 +189,13 @@ impl Session<'_> {
         Ok(updates)
     }
 
-    /// The reason to stop after this frame, if there is one.
+    /// The reason to stop after this frame, if there is one. A picture of a camera path is not left before every vertex that
+    /// it shows has a value, or holes would flash by.
     fn ended_by(&self, run: &Run) -> Option<&'static str> {
-        let budget = &self.args.budget;
+        let budget = &run.share;
+        if self.args.camera_path.is_some() && !run.stats.complete && !interrupt::requested() {
+            return None;
+        }
         let reached = [
             ("interrupted", interrupt::requested()),
             ("time", budget.time.is_some_and(|limit| run.first_frame.elapsed() >= limit)),
@@ -263,7 +295,9 @@ impl Run {
         }
     }
 
-    fn ended(&self, by: &'static str, start: Instant) -> Ended {
+    /// What was done up to now, which ends because of `by`; `start` is when the process started.
+    #[must_use]
+    pub fn ended(&self, by: &'static str, start: Instant) -> Ended {
         let since_start = |at: Instant| at.duration_since(start).as_secs_f64();
         Ended {
             by,

@@ -19,7 +19,7 @@ pub struct Shot<'a> {
     /// How it is displayed.
     pub display: Display,
     /// Level of each triangle by its id.
-    pub levels: Vec<u8>,
+    pub levels: &'a [u8],
 }
 
 /// A finished image with its layers.

@@ -52,6 +52,21 @@ impl LightVector {
         self.samples += other.samples;
     }
 
+    /// The vector in light that is `factor` times this, by channel; what it holds by luminance changes as the irradiance's does.
+    #[must_use]
+    pub fn scaled(&self, factor: Vec3) -> Self {
+        let irradiance = self.irradiance * factor;
+        let before = luminance(self.irradiance);
+        let y = if before > 0.0 { luminance(irradiance) / before } else { luminance(factor) };
+        Self {
+            irradiance,
+            squares: self.squares * y * y,
+            vector: self.vector * y,
+            fluence: self.fluence * y,
+            samples: self.samples,
+        }
+    }
+
     /// Number of samples so far.
     #[must_use]
     pub const fn samples(&self) -> u32 {

@@ -43,7 +43,10 @@ impl DiffusePoint {
     /// estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of the light.
     pub fn direct(&self, world: &World<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
         let sources = &world.lights.sources;
-        let bounds: SmallVec<[f32; 128]> = sources.iter().map(|s| s.bound(self.origin, self.normal)).collect();
+        let factor = |light: usize| world.lights.factor(light);
+        let bound =
+            |(light, source): (usize, &Source)| source.bound(self.origin, self.normal) * factor(light).max_element();
+        let bounds: SmallVec<[f32; 128]> = sources.iter().enumerate().map(bound).collect();
         let total: f32 = bounds.iter().sum();
         let mut target = pick * total;
         let chosen = bounds.iter().position(|&bound| {
@@ -58,7 +61,7 @@ impl DiffusePoint {
             Source::Area(area) => area.at(self.origin).sample(world.scene, [u, v]),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
-        let value = arrival.facing * self.normal.dot(arrival.direction).max(0.0);
+        let value = arrival.facing * factor(light) * self.normal.dot(arrival.direction).max(0.0);
         if luminance(value) <= 0.0 || arrival.direction.dot(self.facet) <= 0.0 {
             return Vec3::ZERO;
         }

@@ -6,6 +6,7 @@ mod colour;
 mod colouring;
 mod combine;
 mod frame;
+mod lit_materials;
 mod luminance;
 mod mesh;
 mod mirror;

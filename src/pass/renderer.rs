@@ -151,6 +151,15 @@ impl Renderer {
         Ok(())
     }
 
+    /// Changes what the area lights show to `factors` times what the scene says, in the order of its lights. Look the colours
+    /// up again next.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    pub fn relight(&mut self, factors: &[Vec3]) -> Result<()> {
+        self.scene.relight(&self.device, &mut self.commands, factors)
+    }
+
     /// Makes the images of a size. What they showed is gone: draw visibility, colour and all luminance next.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! The scene on the device: geometry, materials, and all texels with their mip chains in one buffer.
 
+use super::lit_materials::LitMaterials;
 use super::shared::{GpuDrawnTriangle, GpuMaterial, GpuTexture, GpuTriangle, MAX_LEVELS};
 use crate::error::{Error, Result};
 use crate::scene::texture::Texture;
@@ -7,6 +8,7 @@ use crate::scene::{EmissionSide, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
 use crate::vk::{Buffer, Commands, Device};
 use bytemuck::NoUninit;
+use glam::Vec3;
 
 /// Largest values that half floats (up to 2^16, full precision from 2^-14) hold well as they are.
 const COMFORTABLE: std::ops::RangeInclusive<f32> = 0.003_906_25..=16384.0;
@@ -19,6 +21,7 @@ pub(super) struct SceneBuffers {
     pub triangles: Buffer,
     pub drawn: Buffer,
     pub materials: Buffer,
+    lit: LitMaterials,
     pub textures: Buffer,
     pub texels: Buffer,
     /// Triangles without mask, drawn first.
@@ -38,12 +41,13 @@ impl SceneBuffers {
             (0..scene.triangles.len() as u32).map(|t| scene.material(TriangleId(t)).map_d.is_some()).collect();
         let drawn = drawing_order(scene, &masked);
         let masked_count = masked.iter().filter(|&&m| m).count() as u32;
-        let materials: Vec<_> = scene.materials.iter().map(GpuMaterial::new).collect();
+        let (lit, of_triangle) = LitMaterials::new(scene);
+        let materials = lit.lit(&[]);
         let (headers, total) = texture_headers(&scene.textures)?;
         let mut fill = |name, data: &[u8]| filled(device, commands, name, data);
         let buffers = Self {
             positions: fill("positions", bytemuck::cast_slice(&scene.positions))?,
-            triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene)))?,
+            triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene, &of_triangle)))?,
             drawn: fill("drawn triangles", bytemuck::cast_slice(&drawn))?,
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
             textures: fill("textures", bytemuck::cast_slice(&headers))?,
@@ -51,10 +55,18 @@ impl SceneBuffers {
             opaque_count: drawn.len() as u32 - masked_count,
             masked_count,
             masked,
-            emission_scale: fitting_scale(scene.materials.iter().map(|m| m.ke.max_element()).fold(0.0, f32::max)),
+            lit,
+            emission_scale: emission_scale(&materials),
             emits_back: scene.emission_side == EmissionSide::Both,
         };
         buffers.with_texels(device, commands, &scene.textures, &headers)
+    }
+
+    /// Changes what the area lights emit to `factors` times what the scene says, in the order of its lights.
+    pub(super) fn relight(&mut self, device: &Device, commands: &mut Commands, factors: &[Vec3]) -> Result<()> {
+        let materials = self.lit.lit(factors);
+        self.emission_scale = emission_scale(&materials);
+        commands.upload(device, &mut self.materials, 0, &materials)
     }
 
     /// Writes the mip chains.
@@ -80,16 +92,20 @@ pub(super) fn fitting_scale(max: f32) -> f32 {
     (TARGET_EXPONENT - max.log2().floor()).clamp(-100.0, 100.0).exp2()
 }
 
+fn emission_scale(materials: &[GpuMaterial]) -> f32 {
+    fitting_scale(materials.iter().map(|m| Vec3::from(m.ke).max_element()).fold(0.0, f32::max))
+}
+
 fn filled<T: NoUninit>(device: &Device, commands: &mut Commands, name: &str, data: &[T]) -> Result<Buffer> {
     let mut buffer = Buffer::new(device, name, size_of_val(data) as u64, BufferUse::Static)?;
     commands.upload(device, &mut buffer, 0, data)?;
     Ok(buffer)
 }
 
-fn by_id(scene: &Scene) -> Vec<GpuTriangle> {
-    let triangles = scene.triangles.iter().zip(&scene.uvs).zip(&scene.triangle_materials);
+fn by_id(scene: &Scene, materials: &[u32]) -> Vec<GpuTriangle> {
+    let triangles = scene.triangles.iter().zip(&scene.uvs).zip(materials);
     triangles
-        .map(|((&corners, uv), material)| GpuTriangle { corners, material: material.0, uv: uv.map(|v| v.to_array()) })
+        .map(|((&corners, uv), &material)| GpuTriangle { corners, material, uv: uv.map(|v| v.to_array()) })
         .collect()
 }
 

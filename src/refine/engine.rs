@@ -78,6 +78,8 @@ pub struct Engine {
     pub(super) published: Published,
     pub(super) image: ImageError,
     pub(super) stats: EngineStats,
+    /// Vertices taken for enclosed by other geometry because no light was found there: only as long as the lights stay.
+    pub(super) enclosed: Vec<VertexId>,
     /// Clock of the engine's own thread when it was made, nanoseconds.
     pub(super) born: u64,
 }
@@ -106,6 +108,7 @@ impl Engine {
             published: Published::default(),
             image: ImageError::default(),
             stats: EngineStats::default(),
+            enclosed: Vec::new(),
             born: thread_nanoseconds(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),
             scene,
@@ -143,6 +146,7 @@ impl Engine {
     /// Takes a new view: creates what became visible, re-evaluates the specular luminance without a ray, and returns all
     /// visible leaves with the values known so far.
     pub fn set_visible(&mut self, visible: &Visible) -> Update {
+        self.forget_view();
         self.generation = visible.generation;
         self.eye = visible.eye;
         self.roots = visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
@@ -152,7 +156,11 @@ impl Engine {
         self.image = ImageError::default();
         let slots = self.drawn_slots(&leaves);
         self.enqueue_first_visits(&leaves, &slots);
-        self.evaluate(&slots);
+        // D stays where the eye moves.
+        let record = |slot: &SlotId| &self.cache.slots[slot.0];
+        let due = |slot: &SlotId| !record(slot).direct.known || record(slot).shininess.is_some();
+        let due: Vec<SlotId> = slots.iter().copied().filter(due).collect();
+        self.evaluate(&due);
         self.cache.refresh_indirect(&slots, self.eye);
         self.look_between_corners(&leaves);
         leaves.iter().for_each(|&leaf| self.account(leaf));
@@ -262,6 +270,7 @@ impl Engine {
                 specular: shown.specular,
                 variance: shown.diffuse.variance,
                 known: self.cache.vertices[record.vertex.0].progress.visited,
+                stale: false,
             };
         }
         let fresh = |s: &&SlotId| !self.cache.slots[s.0].indirect.known;

@@ -78,14 +78,16 @@ impl Engine {
         let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.eye);
         let floor = FLOOR * self.image.mean() + shown.iter().fold(f32::INFINITY, |m, &s| m.min(s));
         let mut hidden = Hidden::default();
-        for (source, layer) in self.lights.sources.iter().zip(&self.cache.layers) {
+        for (light, (source, layer)) in self.lights.sources.iter().zip(&self.cache.layers).enumerate() {
+            let factor = self.lights.factor(light);
             let visible = vertices.map(|v| layer.visibility.get(v.0).fraction()).iter().sum::<f32>() / 3.0;
-            if visible == 0.0 {
+            if visible == 0.0 || factor == Vec3::ZERO {
                 continue;
             }
-            let Some(peak) = triangle.peak(&self.scene, source, (floor + hidden.surplus) / visible) else { continue };
+            let least = (floor + hidden.surplus) / (visible * factor.max_element());
+            let Some(peak) = triangle.peak(&self.scene, source, least) else { continue };
             let drawn = Vec3::from(shown).dot(Vec3::from(peak.at));
-            let surplus = luminance(peak.specular) * visible - drawn;
+            let surplus = luminance(peak.specular * factor) * visible - drawn;
             if surplus > hidden.surplus {
                 hidden = Hidden { surplus, share: peak.share };
             }

@@ -100,7 +100,12 @@ impl Engine {
             }
             let nodes = self.nodes_around(&slots);
             let mut corners = nodes.iter().flat_map(|n| self.cache.topology.nodes[n.0].corners);
-            if corners.any(|slot| self.cache.slots[slot.0].indirect.diffuse.max_element() > 0.0) {
+            let lit = |slot: SlotId| {
+                let light = self.cache.slots[slot.0].indirect;
+                light.diffuse.max_element() > 0.0 && !light.stale
+            };
+            if corners.any(lit) {
+                self.enclosed.push(vertex);
                 self.cache.vertices[vertex.0].progress.covered = true;
                 let written = self.cache.refresh_indirect(&slots, self.eye);
                 self.published.changed.extend(written);
@@ -116,7 +121,9 @@ impl Engine {
     fn gather_jobs(&self, work: &IndirectWork) -> Vec<GatherJob> {
         let mut rounds: Vec<(VertexId, u32)> = Vec::new();
         for &vertex in &work.vertices {
-            rounds.push((vertex, self.cache.indirect.rays(vertex).max(FIRST_RAYS)));
+            let so_far = self.cache.indirect.rays(vertex);
+            let first = || self.cache.indirect.first_rays(vertex, FIRST_RAYS);
+            rounds.push((vertex, if so_far == 0 { first() } else { so_far }));
         }
         for &node in &work.refined {
             let first = self.judge().first_rays(node);

@@ -1,7 +1,7 @@
 //! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::priority`]).
 
 use super::priority::{CHILD, CONTRAST_WEIGHT, HARD_CONTRAST, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST};
-use crate::cache::dynamic::SlotId;
+use crate::cache::dynamic::{Light, SlotId};
 use crate::cache::topology::{MAX_LEVEL, NodeId};
 use crate::cache::vertex::VertexId;
 use crate::math::luminance;
@@ -57,7 +57,10 @@ impl Judge<'_> {
         let y = || valid().map(|light| luminance(light.diffuse));
         let (least, most) = (y().fold(f32::INFINITY, f32::min), y().fold(0.0, f32::max));
         // The mean square of what linear weights leave of the corners' independent noise: a half, two thirds or all of it.
-        let noise = valid().map(|l| l.variance).sum::<f32>() * [1.0, 1.0 / 3.0, 1.0 / 6.0][count - 1];
+        // What was never sampled is missing from the picture.
+        let unknown = (UNSAMPLED * self.typical(id)).powi(2);
+        let variance = |l: &Light| if l.known { l.variance } else { unknown };
+        let noise = valid().map(variance).sum::<f32>() * [1.0, 1.0 / 3.0, 1.0 / 6.0][count - 1];
         let contrast = CONTRAST_WEIGHT * (most - least).powi(2);
         let interpolation = if node.indirect.surplus.is_finite() {
             node.indirect.surplus + SURPLUS_TO_MSE * CHILD * contrast
@@ -110,7 +113,7 @@ impl Judge<'_> {
         let d = [0, 1, 2].map(|i| {
             let (a, b) = (light(corners[i]), light(corners[(i + 1) % 3]));
             let hidden = [corners[i], corners[(i + 1) % 3], middles[i]].into_iter().any(|s| self.is_covered(s));
-            if hidden || !self.cache.indirect.is_sampled(middles[i]) {
+            if hidden || a.stale || b.stale || !self.cache.indirect.is_sampled(middles[i]) {
                 return 0.0;
             }
             measured = true;
@@ -129,7 +132,8 @@ impl Judge<'_> {
     #[must_use]
     pub fn refine_key(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
-        let known = node.corners.iter().all(|slot| self.cache.slots[slot.0].indirect.known);
+        let light = |slot: &SlotId| self.cache.slots[slot.0].indirect;
+        let known = node.corners.iter().all(|slot| light(slot).known && !light(slot).stale);
         let least = self.options.min_pixels * if self.crosses_contact(id) { HARD_PIXELS } else { 1.0 };
         if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
             return 0.0;

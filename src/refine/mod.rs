@@ -11,6 +11,7 @@ pub mod priority;
 mod publish;
 pub mod queue;
 mod refinement;
+mod relight;
 pub mod thread;
 pub mod update;
 pub mod workers;

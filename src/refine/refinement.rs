@@ -221,6 +221,10 @@ impl Engine {
                 if corners.iter().all(|&v| known(v).fraction() == first) {
                     continue;
                 }
+                // One that is off may wait.
+                if !self.lights.is_on(light as usize) {
+                    continue;
+                }
                 let source = &self.lights.sources[light as usize];
                 for &vertex in &corners {
                     let open = direct::is_unconfirmed(source, known(vertex)) && self.can_light(vertex, light);
@@ -318,8 +322,9 @@ impl Engine {
 
     /// Rays that a vertex's task would take.
     fn rays_of(&self, task: Task) -> f32 {
-        let sources = self.lights.sources.iter();
-        let known = |v: VertexId| sources.zip(&self.cache.layers).map(move |(s, l)| (s, l.visibility.get(v.0)));
+        let lights = self.lights.sources.iter().zip(&self.cache.layers).enumerate();
+        let lit = lights.filter(|(light, _)| self.lights.is_on(*light));
+        let known = |v: VertexId| lit.map(move |(_, (s, l))| (s, l.visibility.get(v.0)));
         let rays: u32 = match task {
             Task::Split(_) | Task::Gather(_) | Task::Refine(_) => 0,
             // One ray for a delta light, four for an area light: two is near enough for a key.

@@ -4,6 +4,7 @@ use super::engine::{Budget, Counted, Engine, Visible};
 use super::nice::lower_priority;
 use super::update::Update;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
+use glam::Vec3;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -12,6 +13,8 @@ use std::time::Duration;
 enum Command {
     /// A new view.
     View(Visible),
+    /// A new view in new light.
+    Relight(Vec<Vec3>, Visible),
     /// One batch of at least this many rays.
     Step(u64),
     /// What the GPU has drawn.
@@ -58,6 +61,11 @@ impl EngineThread {
     /// Sends a new view. A stopped engine is noticed by [`Self::drain`].
     pub fn set_visible(&self, visible: Visible) {
         self.send(Command::View(visible));
+    }
+
+    /// Sends a new view in which the lights emit `factors` times what the scene says ([`Engine::relight`]).
+    pub fn relight(&self, factors: Vec<Vec3>, visible: Visible) {
+        self.send(Command::Relight(factors, visible));
     }
 
     /// Asks for one batch of at least `rays` rays (pace [`Pace::Stepped`]); exactly one update answers.
@@ -134,6 +142,7 @@ fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Send
         };
         let update = match command {
             Some(Command::View(visible)) => engine.set_visible(&visible),
+            Some(Command::Relight(factors, visible)) => engine.relight(&factors, &visible),
             Some(Command::Counted(counted)) => {
                 engine.counted(&counted);
                 if pace == Pace::Stepped || engine.is_idle() {

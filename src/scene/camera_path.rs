@@ -2,8 +2,9 @@
 
 use super::camera::Camera;
 use super::input;
+use super::light::Light;
 use super::report::Report;
-use super::toml_walk::{At, Document, Table};
+use super::toml_walk::{At, Document, Table, nearest};
 use crate::error::{Error, Result};
 use glam::Vec3;
 use std::path::Path;
@@ -33,6 +34,8 @@ pub struct CameraKey {
 pub struct LightEdit {
     /// Time from the start, seconds.
     pub time: f32,
+    /// Line of the file, from 1, for messages.
+    pub line: u32,
     /// Name of the light.
     pub light: String,
     /// New power, as a factor on the loaded light's.
@@ -112,14 +115,58 @@ fn read_edit(t: &mut Table) -> Option<LightEdit> {
     if power.is_none() && colour.is_none() && on.is_none() {
         t.error(t.line, "the edit changes nothing: give power, colour or switch");
     }
-    Some(LightEdit { time: time?, light: light?.value, power, colour, on })
+    let light = light?;
+    Some(LightEdit { time: time?, line: light.line, light: light.value, power, colour, on })
+}
+
+/// The first names of a list.
+fn some_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    const SHOWN: usize = 8;
+    let mut names: Vec<&str> = names.take(SHOWN + 1).collect();
+    if names.len() > SHOWN {
+        names[SHOWN] = "…";
+    }
+    names.join(", ")
 }
 
 impl CameraPath {
-    /// Time of the last key, seconds.
+    /// Time of the last key or edit, seconds.
     #[must_use]
     pub fn duration(&self) -> f32 {
-        self.keys.last().map_or(0.0, |key| key.time)
+        let last_edit = self.edits.last().map_or(0.0, |edit| edit.time);
+        self.keys.last().map_or(0.0, |key| key.time).max(last_edit)
+    }
+
+    /// Checks that the edits are of lights that there are; `file` is where the path was read from.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with every edit that is not.
+    pub fn check_lights(&self, file: &Path, lights: &[Light]) -> Result<()> {
+        let mut report = Report::default();
+        let names = || lights.iter().map(|light| light.name.as_str());
+        for edit in self.edits.iter().filter(|edit| names().all(|name| name != edit.light)) {
+            let hint = match nearest(&edit.light, names()) {
+                Some(near) => format!("did you mean {near:?}?"),
+                None => format!("it has {}", some_of(names())),
+            };
+            report.error(file, Some(edit.line), format!("the scene has no light {:?}: {hint}", edit.light));
+        }
+        if report.has_errors() { Err(Error::Input(report)) } else { Ok(()) }
+    }
+
+    /// What each light counts times at `time`, seconds, by channel: what the edits up to then make of it.
+    #[must_use]
+    pub fn factors_at(&self, time: f32, lights: &[Light]) -> Vec<Vec3> {
+        let factor = |light: &Light| {
+            let (mut power, mut colour, mut on) = (1.0, Vec3::ONE, true);
+            for edit in self.edits.iter().filter(|edit| edit.time <= time && edit.light == light.name) {
+                power = edit.power.unwrap_or(power);
+                colour = edit.colour.unwrap_or(colour);
+                on = edit.on.unwrap_or(on);
+            }
+            if on { colour * power } else { Vec3::ZERO }
+        };
+        lights.iter().map(factor).collect()
     }
 
     /// The camera at `time`, seconds: `base` moved along a Catmull-Rom spline through the keys, which rests before the
@@ -202,6 +249,26 @@ mod tests {
         assert_eq!(path.camera_at(f32::NAN, &BASE).position, Vec3::ONE);
         assert_eq!(path.camera_at(1.5, &BASE).vertical_fov, 30.0);
         assert_eq!(parabola(&[3.0]).camera_at(3.5, &BASE).position, Vec3::new(3.0, 9.0, 1.0));
+    }
+
+    #[test]
+    fn edits_add_up() {
+        let text = "[[key]]\ntime = 1\nposition = [0,0,0]\nlook_at = [0,0,1]\n\
+            [[edit]]\ntime = 3\nlight = \"a\"\nswitch = \"on\"\n\
+            [[edit]]\ntime = 1\nlight = \"a\"\npower = 0.5\ncolour = [1, 0.5, 0]\n\
+            [[edit]]\ntime = 2\nlight = \"a\"\nswitch = \"off\"\n\
+            [[edit]]\ntime = 3\nlight = \"lamb\"\npower = 2\n";
+        let (path, report) = read(Path::new("p.toml"), text);
+        assert!(!report.has_errors() && path.duration() == 3.0);
+        let kind = super::super::light::LightKind::Directional { direction: Vec3::X, irradiance: Vec3::ONE };
+        let lights = ["a", "lamp"].map(|name| Light { name: name.into(), kind: kind.clone() });
+        let half = Vec3::new(0.5, 0.25, 0.0);
+        for (time, factor) in [(0.5, Vec3::ONE), (1.0, half), (2.5, Vec3::ZERO), (9.0, half)] {
+            assert_eq!(path.factors_at(time, &lights), [factor, Vec3::ONE], "{time}");
+        }
+        let Err(Error::Input(report)) = path.check_lights(Path::new("p.toml"), &lights) else { panic!("accepted") };
+        let lines = report.lines(super::super::report::Severity::Error);
+        assert_eq!(lines, ["p.toml:20: error: the scene has no light \"lamb\": did you mean \"lamp\"?"]);
     }
 
     #[test]

@@ -8,6 +8,7 @@ use crate::scene::light::{Light, LightKind, spot_falloff};
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
+use std::f32::consts::{PI, TAU};
 
 /// Light from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +40,38 @@ pub struct Lights {
     pub sources: Vec<Source>,
     /// The source that each emissive triangle belongs to.
     of_triangle: FxHashMap<TriangleId, u32>,
+    /// What the light of each source counts times, by channel: see [`Self::factor`].
+    factors: Vec<Vec3>,
+    /// What each source emits in all directions as the scene has it, W.
+    powers: Vec<Vec3>,
+}
+
+/// What all sources emit at a time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Lighting {
+    /// What each source counts times.
+    pub factors: Vec<Vec3>,
+    /// What they emit together, roughly, W.
+    pub power: Vec3,
+}
+
+impl Lighting {
+    /// How many times as bright the sources are together in `to`; 1 where there is no telling, because all are off in either.
+    #[must_use]
+    pub fn brightening(&self, to: &Self) -> f32 {
+        let ratio = luminance(to.power) / luminance(self.power);
+        if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
+    }
+
+    /// What each channel of all light is multiplied by to get from `self` to `to`; `None` if sources change differently, or
+    /// if a channel was or is dark.
+    #[must_use]
+    pub fn common_ratio(&self, to: &Self) -> Option<Vec3> {
+        let pairs = || self.factors.iter().zip(&to.factors).filter(|&(&a, &b)| (a, b) != (Vec3::ZERO, Vec3::ZERO));
+        let ratio = pairs().next().map(|(&a, &b)| b / a)?;
+        let common = pairs().all(|(&a, &b)| (b - a * ratio).abs().cmple(b * 1e-6).all());
+        (common && ratio.is_finite() && ratio.min_element() > 0.0).then_some(ratio)
+    }
 }
 
 /// One source, prepared for sampling.
@@ -61,7 +94,35 @@ impl Lights {
         Self {
             sources: scene.lights.iter().map(|light| Source::new(scene, light)).collect(),
             of_triangle: members.flatten().collect(),
+            factors: vec![Vec3::ONE; scene.lights.len()],
+            powers: scene.lights.iter().map(|light| power(scene, &light.kind)).collect(),
         }
+    }
+
+    /// What the light of a source counts times now, by channel: 1 as loaded, 0 switched off. Sources and all that is sampled
+    /// from them stay as loaded, so that a change costs no ray and a change back leaves no trace.
+    #[must_use]
+    pub fn factor(&self, source: usize) -> Vec3 {
+        self.factors[source]
+    }
+
+    /// Whether a source sends any light now.
+    #[must_use]
+    pub fn is_on(&self, source: usize) -> bool {
+        self.factors[source] != Vec3::ZERO
+    }
+
+    /// Changes what sources count times, in the order of [`Self::sources`]; those that `factors` lacks count once.
+    pub fn set_factors(&mut self, factors: &[Vec3]) {
+        let given = factors.iter().copied().chain(std::iter::repeat(Vec3::ONE));
+        self.factors.iter_mut().zip(given).for_each(|(factor, given)| *factor = given);
+    }
+
+    /// What the sources emit now.
+    #[must_use]
+    pub fn lighting(&self) -> Lighting {
+        let power = self.powers.iter().zip(&self.factors).map(|(&power, &factor)| power * factor).sum();
+        Lighting { factors: self.factors.clone(), power }
     }
 
     /// The area light that a triangle is part of, as an index into [`Self::sources`].
@@ -96,6 +157,21 @@ impl Source {
         match self {
             Self::Delta(kind) => delta_luminance(kind, x, normal),
             Self::Area(area) => area.strength(x, normal),
+        }
+    }
+}
+
+/// What a light sends in all directions, W: roughly, for a directional light or a spot.
+fn power(scene: &Scene, kind: &LightKind) -> Vec3 {
+    match kind {
+        LightKind::Point { intensity, .. } => *intensity * (2.0 * TAU),
+        LightKind::Spot { intensity, cos_inner, cos_outer, .. } => {
+            *intensity * (TAU * (1.0 - (cos_inner + cos_outer) * 0.5))
+        }
+        LightKind::Directional { irradiance, .. } => *irradiance * (PI / 4.0 * scene.diagonal().powi(2)),
+        LightKind::Area { triangles } => {
+            let emitted = |&t: &TriangleId| scene.material(t).ke * (scene.area_vector(t).length() * 0.5 * PI);
+            triangles.iter().map(emitted).sum()
         }
     }
 }

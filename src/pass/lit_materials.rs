@@ -1,0 +1,42 @@
+//! Materials as the device reads them: the scene's, and a copy for each area light, whose emission changes with the light.
+
+use super::shared::GpuMaterial;
+use crate::scene::light::LightKind;
+use crate::scene::{Scene, TriangleId};
+use glam::Vec3;
+
+/// The list of materials, and who uses which.
+pub(super) struct LitMaterials {
+    /// As loaded.
+    list: Vec<GpuMaterial>,
+    /// The light of each material of the list from `scene_materials` on, as an index into the scene's.
+    lights: Vec<usize>,
+    scene_materials: usize,
+}
+
+impl LitMaterials {
+    /// The list for a scene, and the entry that each triangle uses.
+    pub(super) fn new(scene: &Scene) -> (Self, Vec<u32>) {
+        let mut of_triangle: Vec<u32> = scene.triangle_materials.iter().map(|material| material.0).collect();
+        let mut list: Vec<GpuMaterial> = scene.materials.iter().map(GpuMaterial::new).collect();
+        let mut lights = Vec::new();
+        for (index, light) in scene.lights.iter().enumerate() {
+            let LightKind::Area { triangles } = &light.kind else { continue };
+            let Some(&TriangleId(first)) = triangles.first() else { continue };
+            list.push(list[of_triangle[first as usize] as usize]);
+            lights.push(index);
+            triangles.iter().for_each(|t| of_triangle[t.0 as usize] = list.len() as u32 - 1);
+        }
+        (Self { list, lights, scene_materials: scene.materials.len() }, of_triangle)
+    }
+
+    /// The list as it is when the scene's lights count times `factors`; those that it lacks count once.
+    pub(super) fn lit(&self, factors: &[Vec3]) -> Vec<GpuMaterial> {
+        let mut list = self.list.clone();
+        for (material, &light) in list[self.scene_materials..].iter_mut().zip(&self.lights) {
+            let factor = factors.get(light).copied().unwrap_or(Vec3::ONE);
+            material.ke = (Vec3::from(material.ke) * factor).to_array();
+        }
+        list
+    }
+}

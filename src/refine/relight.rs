@@ -1,0 +1,71 @@
+//! Changes of the lights: direct light is shaded anew from the visibility that is kept, indirect light is scaled, brought
+//! back or solved again (method 2, 6). No ray is traced here.
+
+use super::engine::{Engine, Visible};
+use super::update::Update;
+use crate::cache::dynamic::SlotId;
+use crate::cache::topology::NodeId;
+use crate::cache::vertex::VertexId;
+use glam::Vec3;
+
+impl Engine {
+    /// Changes what the lights emit to `factors` times what the scene says, in the order of its lights, and takes a view, of
+    /// a new generation: the returned update shows everything visible in the new light.
+    ///
+    /// Direct light is exact at once as far as it was known. Indirect light is, too, if all lights change by the same factor
+    /// or go back to what they were before the last change; otherwise it is a guess until it is gathered again, which vertices
+    /// do in order of what that is worth to the image.
+    pub fn relight(&mut self, factors: &[Vec3], visible: &Visible) -> Update {
+        let before = self.lights.lighting();
+        self.lights.set_factors(factors);
+        let now = self.lights.lighting();
+        if before != now {
+            for vertex in std::mem::take(&mut self.enclosed) {
+                self.cache.vertices[vertex.0].progress.covered = false;
+            }
+            self.scale_surpluses(before.brightening(&now).powi(2));
+            self.cache.indirect.relight(before, &now);
+            let all: Vec<SlotId> = (0..self.cache.slots.end()).map(SlotId).collect();
+            self.evaluate(&all);
+            self.cache.refresh_indirect(&all, self.eye);
+            self.measure_surpluses();
+        }
+        self.set_visible(visible)
+    }
+
+    /// Square errors of interpolating indirect light grow with the square of the light, until they are measured again.
+    fn scale_surpluses(&mut self, factor: f32) {
+        for id in 0..self.cache.topology.nodes.end() {
+            let node = &mut self.cache.topology.nodes[id].indirect;
+            node.surplus *= factor;
+            node.doubt *= factor;
+        }
+    }
+
+    /// Measures the surpluses of direct light of all split nodes again.
+    fn measure_surpluses(&mut self) {
+        for id in (0..self.cache.topology.nodes.end()).map(NodeId) {
+            let Some(first) = self.cache.topology.nodes[id.0].child else { continue };
+            let middles = self.cache.topology.nodes[first.0 + 3].corners;
+            let surplus = self.judge().surplus(id, middles) / 16.0;
+            for child in first.0..first.0 + 4 {
+                self.cache.topology.nodes[child].work.surplus = surplus;
+            }
+        }
+    }
+
+    /// Forgets what the present view made its leaves and vertices worth: nothing is done for the pixels of another camera.
+    pub(super) fn forget_view(&mut self) {
+        for leaf in self.all_visible_leaves() {
+            self.cache.topology.nodes[leaf.0].work.pixels = 0.0;
+        }
+        let mut leaves = Vec::new();
+        self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
+        for leaf in leaves {
+            let node = &mut self.cache.topology.nodes[leaf.0].indirect;
+            (node.pixels, node.accounted) = (0.0, 0.0);
+            let corners: [VertexId; 3] = self.cache.corner_vertices(leaf);
+            corners.iter().for_each(|v| self.cache.vertices[v.0].reach = 0.0);
+        }
+    }
+}
