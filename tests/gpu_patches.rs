@@ -73,6 +73,7 @@ impl Twins {
         let options = Options {
             indirect: false,
             hemisphere: Method::Stratified,
+            filter: true,
             seed: 1,
             priority: Priority::Error,
             min_pixels: 3.0,

@@ -26,9 +26,9 @@ use std::collections::HashMap;
 use std::f32::consts::PI;
 use std::path::Path;
 
-/// No refinement, light that bounces, noise of a few tenths of a per cent.
+/// No refinement, light that bounces, shown as it was sampled.
 fn bounces(seed: u64) -> Options {
-    Options { indirect: true, ..options(seed) }
+    Options { indirect: true, filter: false, ..options(seed) }
 }
 
 fn front(ids: &[TriangleId]) -> Vec<FaceId> {

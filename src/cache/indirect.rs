@@ -20,6 +20,10 @@ pub struct IndirectLayer {
     rays: Sparse<u32>,
     /// Sums over those rays, by slot: one set of rays serves all normals of a vertex.
     sums: Sparse<LightVector>,
+    /// By midpoint: expected square deviation of D from what its edge's ends predict, luminance²; 0 where nothing is known.
+    expected: Sparse<f32>,
+    /// Whether what is shown leans on neighbours while rays are few.
+    pub filter: bool,
 }
 
 /// New rays of one vertex.
@@ -66,10 +70,21 @@ impl IndirectLayer {
         }
     }
 
+    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, luminance².
+    pub fn expect(&mut self, vertex: VertexId, square: f32) {
+        *self.expected.entry(vertex.0) = square;
+    }
+
+    /// How far a midpoint is expected to deviate, luminance².
+    #[must_use]
+    pub fn expected(&self, vertex: VertexId) -> f32 {
+        self.expected.get(vertex.0)
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.rays.bytes() + self.sums.bytes()
+        self.rays.bytes() + self.sums.bytes() + self.expected.bytes()
     }
 }
 
@@ -79,6 +94,10 @@ impl Cache {
     pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3) -> Vec<SlotId> {
         // Ascending: a slot is younger than the ends of its edge.
         let mut due: BinaryHeap<Reverse<SlotId>> = slots.iter().map(|&s| Reverse(s)).collect();
+        if self.indirect.filter {
+            let base = slots.iter().filter(|s| self.slots[s.0].ends.is_none() && self.indirect.is_sampled(**s));
+            due.extend(base.flat_map(|&s| self.neighbours(s)).map(Reverse));
+        }
         let mut written = Vec::with_capacity(slots.len());
         while let Some(Reverse(slot)) = due.pop() {
             if written.last() == Some(&slot) {
@@ -92,13 +111,21 @@ impl Cache {
         written
     }
 
-    /// Indirect light of a slot: its own, or the mean of the ends of its edge.
+    /// Indirect light of a slot: what it has gathered, what the ends of its edge predict, or both by what they are worth.
     fn indirect_light(&self, slot: SlotId, eye: Vec3) -> Light {
-        let record = &self.slots[slot.0];
-        if self.indirect.is_sampled(slot) {
-            return self.gathered(slot, eye);
+        let ends = self.slots[slot.0].ends;
+        let predicted = ends.map(|ends| self.predicted(ends)).filter(|light| light.known);
+        let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
+        match (own, predicted) {
+            (Some(own), _) if !self.indirect.filter => own,
+            (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
+            (Some(own), None) => self.filtered(slot, own),
+            (None, predicted) => predicted.unwrap_or_default(),
         }
-        let Some(ends) = record.ends else { return Light::default() };
+    }
+
+    /// What the ends of an edge predict for its middle.
+    fn predicted(&self, ends: [SlotId; 2]) -> Light {
         let mut mean = Light::default();
         let mut total = 0.0;
         for end in ends {
@@ -120,7 +147,9 @@ impl Cache {
         mean
     }
 
-    fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
+    /// What a slot has gathered itself.
+    #[must_use]
+    pub fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
         let record = &self.slots[slot.0];
         let sum = self.indirect.sum(slot);
         let to_eye = (eye - self.vertices[record.vertex.0].position).normalize_or(record.normal);
@@ -129,7 +158,7 @@ impl Cache {
     }
 
     /// Weight of a slot's vertex in interpolation.
-    fn weight(&self, slot: SlotId) -> f32 {
+    pub(super) fn weight(&self, slot: SlotId) -> f32 {
         let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
         if covered { COVERED_WEIGHT } else { 1.0 }
     }
@@ -158,7 +187,7 @@ impl Cache {
     }
 
     fn is_trusted(&self, node: NodeId, value: f32, distance: f32) -> bool {
-        let error = self.topology.nodes[node.0].indirect.surplus;
+        let error = self.topology.nodes[node.0].indirect.doubt;
         let [a, b, c] = self.corner_positions(node);
         let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
         longest < (SMALL_AT_HIT * distance).powi(2) || error < (TRUSTED_ERROR * value).powi(2)

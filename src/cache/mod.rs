@@ -2,6 +2,7 @@
 
 pub mod direct;
 pub mod dynamic;
+pub mod filter;
 pub mod gather;
 pub mod indirect;
 pub mod layer;

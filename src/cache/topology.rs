@@ -50,8 +50,11 @@ pub struct Node {
 pub struct IndirectNode {
     /// Whether indirect light is sampled at the middles of its edges.
     pub split: bool,
-    /// Expected square error of interpolating indirect D over it, luminance²; infinite while nothing tells.
+    /// Expected square error of interpolating indirect D over it, luminance², as far as noise does not explain it; infinite
+    /// while nothing tells.
     pub surplus: f32,
+    /// What it may be at most, noise included; infinite while nothing tells.
+    pub doubt: f32,
     /// Pixels that it covers.
     pub pixels: f32,
     /// Raised whenever its key changes.
@@ -62,7 +65,7 @@ pub struct IndirectNode {
 
 impl Default for IndirectNode {
     fn default() -> Self {
-        Self { split: false, surplus: f32::INFINITY, pixels: 0.0, version: 0, accounted: 0.0 }
+        Self { split: false, surplus: f32::INFINITY, doubt: f32::INFINITY, pixels: 0.0, version: 0, accounted: 0.0 }
     }
 }
 

@@ -199,6 +199,9 @@ pub struct RefinementArgs {
     #[arg(long, value_name = "METHOD", default_value = "stratified", value_parser = values::hemisphere(),
         conflicts_with = "direct_only")]
     pub hemisphere: Method,
+    /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
+    #[arg(long)]
+    pub no_filter: bool,
     /// Which triangle is split next: where most image error goes a ray, or at random as the paper does
     #[arg(long, value_name = "MODE", default_value = "error", value_parser = values::priority())]
     pub priority: Priority,
@@ -422,6 +425,7 @@ impl RenderArgs {
             RefinementArgs { hemisphere: Method::Stratified, .. } => {}
             RefinementArgs { hemisphere, .. } => text += &format!(" --hemisphere {}", hemisphere.name()),
         }
+        text += if self.refinement.no_filter { " --no-filter" } else { "" };
         let BudgetArgs { frames, rays, error, .. } = self.budget;
         let budgets = [
             ("frames", frames.map(|n| n.to_string())),

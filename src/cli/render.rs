@@ -141,6 +141,7 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
         seed: args.engine.seed,
         indirect: !refinement.direct_only,
         hemisphere: refinement.hemisphere,
+        filter: !refinement.no_filter,
         priority: refinement.priority,
         min_pixels: refinement.min_pixels,
         contrast: refinement.contrast,

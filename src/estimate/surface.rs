@@ -11,8 +11,8 @@ use smallvec::SmallVec;
 /// A diffuse surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffusePoint {
-    /// Where rays start and light is evaluated: a little off the facet, on the side that was hit. Rounding would put half of
-    /// the points of a lamp's back in front of it, where it fills the hemisphere.
+    /// Where light is evaluated and rays start: a little off the facet, on the side that was hit. On the facet itself the
+    /// back of a lamp may come to lie in front of it.
     pub origin: Vec3,
     /// Unit normal of the facet on that side.
     pub facet: Vec3,
@@ -70,7 +70,6 @@ impl DiffusePoint {
     }
 
     fn shadow_ray(&self, arrival: &Arrival) -> Ray {
-        // Short of the light, whose own surface must not hide it.
         Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * SHORT_OF_LIGHT }
     }
 }

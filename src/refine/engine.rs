@@ -91,11 +91,13 @@ impl Engine {
     #[must_use]
     pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, options: Options) -> Self {
         let lights = Lights::new(&scene);
+        let mut cache = Cache::new(&scene, lights.sources.len());
+        cache.indirect.filter = options.filter;
         Self {
             weld: Weld::new(&scene),
             diagonal: scene.diagonal(),
             reflectances: Reflectances::new(&scene),
-            cache: Cache::new(&scene, lights.sources.len()),
+            cache,
             first_visits: VecDeque::new(),
             queue: Queue::default(),
             eye: Vec3::ZERO,

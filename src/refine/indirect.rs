@@ -2,6 +2,7 @@
 
 use super::engine::Engine;
 use super::indirect_priority::FIRST_RAYS;
+use super::priority::CHILD;
 use super::queue::Task;
 use crate::cache::dynamic::SlotId;
 use crate::cache::gather::{self, GatherJob, Gathered};
@@ -76,7 +77,7 @@ impl Engine {
         let mut vertices: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
         vertices.dedup();
         self.gather(&jobs);
-        work.refined.iter().for_each(|&node| self.cache.topology.nodes[node.0].indirect.split = true);
+        work.refined.iter().for_each(|&node| self.mark_refined(node));
         let slots: Vec<SlotId> = vertices.iter().flat_map(|&v| self.cache.slots_of(v)).collect();
         let written = self.cache.refresh_indirect(&slots, self.eye);
         self.published.changed.extend(written);
@@ -121,9 +122,10 @@ impl Engine {
             let first = self.judge().first_rays(node);
             for edge in self.cache.topology.nodes[node.0].edges {
                 let Some(vertex) = self.cache.topology.midpoint(edge) else { continue };
+                // What a covered one would find is not its surface's light: it takes over what is known around.
                 let covered = self.cache.vertices[vertex.0].progress.covered;
-                if self.cache.indirect.rays(vertex) == 0 {
-                    rounds.push((vertex, if covered { FIRST_RAYS } else { first }));
+                if !covered && self.cache.indirect.rays(vertex) == 0 {
+                    rounds.push((vertex, first));
                 }
             }
         }
@@ -152,6 +154,17 @@ impl Engine {
         for gathered in &results {
             gather::apply(&mut self.cache, gathered);
             self.stats.rays += gathered.rays;
+        }
+    }
+
+    /// Makes a leaf an inner node of the mesh of indirect light.
+    fn mark_refined(&mut self, id: NodeId) {
+        let unmeasured = self.judge().unmeasured(id);
+        let node = &mut self.cache.topology.nodes[id.0];
+        let expected = if node.indirect.doubt.is_finite() { node.indirect.doubt } else { unmeasured };
+        node.indirect.split = true;
+        for vertex in node.edges.map(|edge| self.cache.topology.midpoint(edge)).into_iter().flatten() {
+            self.cache.indirect.expect(vertex, expected);
         }
     }
 
@@ -196,10 +209,14 @@ impl Engine {
     /// Measures a node's surplus, and tells its children that are leaves; returns those.
     fn measure(&mut self, parent: NodeId) -> Vec<NodeId> {
         let Some(middles) = self.middles(parent) else { return Vec::new() };
-        let Some(surplus) = self.judge().indirect_surplus(parent, middles) else { return Vec::new() };
+        let Some(error) = self.judge().indirect_surplus(parent, middles) else { return Vec::new() };
+        let [surplus, doubt] = error.map(|e| e * CHILD);
         let mut leaves = self.children(parent);
         leaves.retain(|child| !self.cache.topology.nodes[child.0].indirect.split);
-        leaves.iter().for_each(|child| self.cache.topology.nodes[child.0].indirect.surplus = surplus / 16.0);
+        for child in &leaves {
+            let node = &mut self.cache.topology.nodes[child.0].indirect;
+            (node.surplus, node.doubt) = (surplus, doubt);
+        }
         leaves
     }
 

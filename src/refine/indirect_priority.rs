@@ -5,6 +5,7 @@ use crate::cache::dynamic::SlotId;
 use crate::cache::topology::{MAX_LEVEL, NodeId};
 use crate::cache::vertex::VertexId;
 use crate::math::luminance;
+use glam::Vec3;
 
 /// Rays of a vertex's first round.
 pub const FIRST_RAYS: u32 = 16;
@@ -77,6 +78,11 @@ impl Judge<'_> {
         mixed || most - least > HARD_CONTRAST * (most + least)
     }
 
+    /// Square of how far a middle may deviate where nothing has been measured.
+    pub fn unmeasured(&self, id: NodeId) -> f32 {
+        (COVERED * self.brightest(id).max(self.typical(id))).powi(2)
+    }
+
     /// Greatest luminance of indirect D at a node's corners.
     fn brightest(&self, id: NodeId) -> f32 {
         let corners = self.cache.topology.nodes[id.0].corners;
@@ -93,10 +99,10 @@ impl Judge<'_> {
         self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.covered
     }
 
-    /// Square error of interpolating indirect light over a node, from its middles, as far as noise does not explain it.
-    /// `None` while middles are not sampled.
+    /// Square error of interpolating indirect light over a node, from its middles: as far as noise does not explain it, and
+    /// what it may be at most. `None` while middles are not sampled.
     #[must_use]
-    pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<f32> {
+    pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<[f32; 2]> {
         let corners = self.cache.topology.nodes[id.0].corners;
         let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
         let mut noise = 0.0;
@@ -108,13 +114,15 @@ impl Judge<'_> {
                 return 0.0;
             }
             measured = true;
-            let middle = light(middles[i]);
+            // Its own: what it is shown with leans towards what the ends predict.
+            let middle = self.cache.gathered(middles[i], Vec3::ZERO);
             noise += middle.variance + (a.variance + b.variance) * 0.25;
             luminance(middle.diffuse - (a.diffuse + b.diffuse) * 0.5)
         });
         let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         let products = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-        measured.then(|| SURPLUS_TO_MSE * (squares + products - noise * SIGNIFICANCE).max(0.0))
+        let (found, noise) = (squares + products, noise * SIGNIFICANCE);
+        measured.then(|| [(found - noise).max(0.0), found + noise].map(|d| SURPLUS_TO_MSE * d))
     }
 
     /// Key of sampling the middles of a leaf of the mesh of indirect light; 0 if it is not worth it or not allowed.
@@ -159,7 +167,9 @@ impl Judge<'_> {
     pub fn gather_key(&self, id: VertexId) -> f32 {
         let vertex = &self.cache.vertices[id.0];
         let rays = self.cache.indirect.rays(id);
-        if rays >= MAX_RAYS || (vertex.progress.covered && rays > 0) {
+        // A covered midpoint takes over what is known around; of a base vertex something must be known.
+        let is_midpoint = vertex.first_slot.is_some_and(|slot| self.cache.slots[slot.0].ends.is_some());
+        if rays >= MAX_RAYS || (vertex.progress.covered && (rays > 0 || is_midpoint)) {
             return 0.0;
         }
         if rays == 0 {

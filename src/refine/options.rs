@@ -26,6 +26,8 @@ pub struct Options {
     pub indirect: bool,
     /// How the directions of gather rays are chosen.
     pub hemisphere: Method,
+    /// Whether indirect light that is shown leans on neighbours while rays are few.
+    pub filter: bool,
     /// How the next leaf to split is chosen.
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.

@@ -124,6 +124,7 @@ pub fn options(seed: u64) -> Options {
     Options {
         indirect: false,
         hemisphere: Method::Stratified,
+        filter: true,
         seed,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,
