@@ -1,9 +1,11 @@
 //! Area lights: closed forms against textbook values, quadrature and each other; sampling against closed forms.
 
 mod by_hand;
+mod shapes;
 
 use by_hand::{light, material, patch, triangle};
 use glam::{DVec3, Vec3};
+use penombre::math::sequence::Sequence;
 use penombre::scene::light::LightKind;
 use penombre::scene::{EmissionSide, Scene};
 use penombre::shade::lights::{AreaSource, Lights, Receiver, Source};
@@ -413,4 +415,35 @@ fn bowl(centre: Vec3, radius: f32, n: u32) -> Scene {
     }
     light(&mut scene, LightKind::Area { triangles });
     scene
+}
+
+/// The silhouette of a sphere of 1,280 triangles sends what its facing triangles send one by one, above and across the
+/// horizon, near and far; a sphere that faces inwards has none.
+#[test]
+fn silhouettes_equal_the_sum_of_facing_triangles() {
+    let mut scene = Scene::default();
+    let bright = material(&mut scene, |m| m.ke = Vec3::ONE);
+    let triangles = shapes::icosphere(&mut scene, Vec3::new(0.3, -0.2, 0.1), 0.7, 3, false, bright);
+    let sphere = AreaSource::new(&scene, &triangles);
+    assert!(sphere.has_closed_form());
+    let single: Vec<AreaSource> = triangles.iter().map(|&t| AreaSource::new(&scene, &[t])).collect();
+    let sequence = Sequence::new(3);
+    let mut crossed = 0;
+    for i in 0..200 {
+        let [a, b, c, d] = sequence.point(2 * i);
+        let [e, ..] = sequence.point(2 * i + 1);
+        let towards = |u: f32, v: f32| {
+            let (z, turn) = (2.0 * u - 1.0, v * std::f32::consts::TAU);
+            Vec3::new((1.0 - z * z).sqrt() * turn.cos(), (1.0 - z * z).sqrt() * turn.sin(), z)
+        };
+        let (offset, normal) = (towards(a, b) * (0.701 + 4.0 * c * c), towards(d, e));
+        let x = sphere.sphere().0 + offset;
+        crossed += u32::from(normal.dot(offset).abs() < 0.7);
+        let of = |source: &AreaSource| f64::from(source.closed_form(x).expect("closed form").irradiance(normal).x);
+        let (whole, sum) = (of(&sphere), single.iter().map(of).sum::<f64>());
+        assert!((whole - sum).abs() < 1e-4 * sum + 1e-6, "{x} {normal}: {whole} {sum}");
+    }
+    assert!(crossed > 50, "{crossed} horizons");
+    let inwards = shapes::icosphere(&mut scene, Vec3::ZERO, 0.7, 3, true, bright);
+    assert!(!AreaSource::new(&scene, &inwards).has_closed_form());
 }

@@ -81,6 +81,8 @@ fn wrong_input_is_named_with_status_2_and_leaves_nothing_behind() {
         ("render {cornell} -o a.png --log l.csv --reference none.exr", "none.exr: cannot read"),
         ("render {cornell} -o a.png --size 0x3", "WIDTHxHEIGHT"),
         ("render {cornell} -o a.png --frams 3", "--frames"),
+        ("render {cornell} -o a.png --hemisphere even", "stratified, adaptive, paper"),
+        ("render {cornell} -o a.png --hemisphere paper --direct-only", "--direct-only"),
         ("bench", "scenes/cornell_box/cornell_box.toml is not here"),
         ("bench {cornell} --camera back", "--camera back: the scene has main"),
         ("bench {cornell} --threads 0", "--threads"),
@@ -191,6 +193,25 @@ fn the_log_has_errors_against_a_reference() {
     let too_small = run(folder.path(), "render {cornell} --size 32x24 -o b.png --log m.csv --reference ref.exr");
     assert_eq!(too_small.status.code(), Some(2));
     assert!(stderr(&too_small).contains("64x48, the render 32x24"), "{}", stderr(&too_small));
+}
+
+/// With light that bounces and without, the picture is as bright as the path tracer's; what bounces is about half of it.
+#[test]
+fn pictures_are_as_bright_as_the_reference() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let size = "--size 64x48 -q";
+    for (name, only) in [("full", ""), ("direct", "--direct-only")] {
+        run_well(folder.path(), &format!("reference {{cornell}} {size} {only} --filter point --spp 64 -o ref-{name}.exr"));
+        let line = format!("render {{cornell}} {size} {only} --deterministic --rays 1500000 -o {name}.exr");
+        run_well(folder.path(), &line);
+    }
+    // A twentieth of the mean of the full picture.
+    let status = |a, b| run(folder.path(), &format!("diff {a}.exr ref-{b}.exr --max-mean-shift 0.003")).status.code();
+    assert_eq!([("full", "full"), ("direct", "direct")].map(|(a, b)| status(a, b)), [Some(0); 2]);
+    assert_eq!([("direct", "full"), ("full", "direct")].map(|(a, b)| status(a, b)), [Some(1); 2]);
 }
 
 /// A tilted floor of small checks, a chrome ball's stand-in and a pane of glass.

@@ -72,8 +72,8 @@ impl Twins {
         let view = View::new(&camera, SIZE, scene.diagonal());
         let options = Options {
             indirect: false,
-            hemisphere: Method::Stratified,
             filter: true,
+            hemisphere: Method::Stratified,
             seed: 1,
             priority: Priority::Error,
             min_pixels: 3.0,

@@ -73,9 +73,13 @@ pub struct Results {
 
 /// Share of the light that may be left to guessing on a first visit.
 const DEFERRED_SHARE: f32 = 0.03;
-/// Points of an area light that tell full and no visibility, and those that tell how much in between.
+/// Points of an area light that tell full and no visibility, and those that tell how much in between: of a light that makes
+/// up most of what can arrive, and of any other, which adds no more noise then.
 const FIRST_POINTS: u32 = 4;
-const PENUMBRA_POINTS: u32 = 64;
+const STRONG_POINTS: u32 = 64;
+const PENUMBRA_POINTS: u32 = 16;
+/// Share of what can arrive that makes a light strong: the square root of the ratio of points.
+const STRONG: f32 = 0.5;
 /// Points after which a penumbra is not sampled further.
 pub const MAX_POINTS: u32 = 4096;
 
@@ -88,7 +92,7 @@ pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
             let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
             for light in 0..world.lights.sources.len() as u32 {
                 if open(cache.layers[light as usize].visibility.get(job.vertex.0)) {
-                    sample(world, cache, (job.vertex, light), out);
+                    sample(world, cache, (job.vertex, light), PENUMBRA_POINTS, out);
                 }
             }
         }
@@ -109,15 +113,10 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
 }
 
 fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
-    let position = cache.vertices[id.0].position;
-    let strength = |source: &Source| {
-        let at_slot = |slot: SlotId| source.strength(position, cache.slots[slot.0].normal);
-        cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
-    };
-    let mut strengths: SmallVec<[(f32, u32); 128]> = world.lights.sources.iter().map(strength).zip(0..).collect();
+    let mut strengths = strengths(world, cache, id);
     strengths.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut left: f32 = strengths.iter().map(|s| s.0).sum();
-    let negligible = left * DEFERRED_SHARE;
+    let all: f32 = strengths.iter().map(|s| s.0).sum();
+    let (mut left, negligible) = (all, all * DEFERRED_SHARE);
     for (strength, light) in strengths {
         let faint = left <= negligible;
         left -= strength;
@@ -128,9 +127,24 @@ fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(No
         };
         match taken {
             Some(visibility) => out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 }),
-            None => sample(world, cache, (id, light), out),
+            None => sample(world, cache, (id, light), penumbra_points(strength, all), out),
         }
     }
+}
+
+/// Unoccluded strength of each light at a vertex, on the slot that faces it most.
+fn strengths(world: &World<'_>, cache: &Cache, id: VertexId) -> SmallVec<[(f32, u32); 128]> {
+    let position = cache.vertices[id.0].position;
+    let strength = |source: &Source| {
+        let at_slot = |slot: SlotId| source.strength(position, cache.slots[slot.0].normal);
+        cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
+    };
+    world.lights.sources.iter().map(strength).zip(0..).collect()
+}
+
+/// Points of a light of some strength that tell how much of it a vertex in its penumbra sees.
+fn penumbra_points(strength: f32, all: f32) -> u32 {
+    if strength > STRONG * all { STRONG_POINTS } else { PENUMBRA_POINTS }
 }
 
 fn source_of<'a>(world: &World<'a>, light: u32) -> &'a Source {
@@ -166,7 +180,7 @@ fn take_over(
 }
 
 /// Traces a light for the first time.
-fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
+fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), penumbra: u32, out: &mut Results) {
     match &world.lights.sources[light as usize] {
         Source::Delta(kind) => {
             let vertex = &cache.vertices[id.0];
@@ -182,7 +196,7 @@ fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &
             let mut round = AreaRound::new(world, cache, (id, light), Visibility::default(), out);
             round.trace(FIRST_POINTS, out);
             if round.is_penumbra() {
-                round.trace(PENUMBRA_POINTS, out);
+                round.trace(penumbra, out);
             }
             round.finish(out);
         }
@@ -203,11 +217,13 @@ pub fn is_unconfirmed(source: &Source, known: Visibility) -> bool {
 /// Traces a light with enough points for a penumbra.
 fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
     if let Source::Delta(_) = source_of(world, light) {
-        return sample(world, cache, (id, light), out);
+        return sample(world, cache, (id, light), PENUMBRA_POINTS, out);
     }
+    let strengths = strengths(world, cache, id);
+    let all = strengths.iter().map(|s| s.0).sum();
     let known = cache.layers[light as usize].visibility.get(id.0);
     let mut round = AreaRound::new(world, cache, (id, light), known, out);
-    round.trace(PENUMBRA_POINTS, out);
+    round.trace(penumbra_points(strengths[light as usize].0, all), out);
     round.finish(out);
 }
 

@@ -7,6 +7,7 @@ pub mod gather;
 pub mod indirect;
 pub mod layer;
 pub mod luminance;
+pub mod middle;
 pub mod pool;
 pub mod topology;
 pub mod vertex;

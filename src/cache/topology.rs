@@ -83,6 +83,8 @@ pub struct Work {
     pub highlight: f32,
     /// See `highlight`.
     pub highlight_share: f32,
+    /// Luminance of D in its middle that a ray found other than its corners say; `None` while none was traced.
+    pub surprise: Option<f32>,
     /// Generation of the camera that last saw it.
     pub generation: u32,
     /// Raised whenever its key changes: queued entries of older versions are void.

@@ -194,14 +194,14 @@ pub struct RefinementArgs {
     /// Only light that arrives from the sources without a bounce
     #[arg(long)]
     pub direct_only: bool,
+    /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
+    #[arg(long)]
+    pub no_filter: bool,
     /// How the directions of indirect light are chosen: evenly, so that rays add up without bias, or by what the first rays
     /// found, with a bias (to compare)
     #[arg(long, value_name = "METHOD", default_value = "stratified", value_parser = values::hemisphere(),
         conflicts_with = "direct_only")]
     pub hemisphere: Method,
-    /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
-    #[arg(long)]
-    pub no_filter: bool,
     /// Which triangle is split next: where most image error goes a ray, or at random as the paper does
     #[arg(long, value_name = "MODE", default_value = "error", value_parser = values::priority())]
     pub priority: Priority,

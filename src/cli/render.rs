@@ -140,8 +140,8 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
     Options {
         seed: args.engine.seed,
         indirect: !refinement.direct_only,
-        hemisphere: refinement.hemisphere,
         filter: !refinement.no_filter,
+        hemisphere: refinement.hemisphere,
         priority: refinement.priority,
         min_pixels: refinement.min_pixels,
         contrast: refinement.contrast,

@@ -154,7 +154,7 @@ impl Engine {
         self.enqueue_first_visits(&leaves, &slots);
         self.evaluate(&slots);
         self.cache.refresh_indirect(&slots, self.eye);
-        self.look_for_highlights(&leaves);
+        self.look_between_corners(&leaves);
         leaves.iter().for_each(|&leaf| self.account(leaf));
         if self.first_visits.is_empty() {
             self.enqueue_leaves(&leaves);
@@ -284,6 +284,7 @@ impl Engine {
         let listed: FxHashSet<LeafId> = pixels.iter().filter(|_| !counted.complete).map(|&(leaf, _)| leaf).collect();
         let mut nodes: Vec<NodeId> = by_node.keys().copied().collect();
         nodes.sort_unstable();
+        let mut changed = Vec::new();
         for leaf in if counted.complete { self.all_visible_leaves() } else { nodes } {
             let node = &self.cache.topology.nodes[leaf.0];
             let counted = |l: &LeafId| match counted.complete {
@@ -296,10 +297,14 @@ impl Engine {
             let pixels = by_node.get(&leaf).copied().unwrap_or(0.0);
             if pixels != node.work.pixels {
                 self.cache.topology.nodes[leaf.0].work.pixels = pixels;
-                self.account(leaf);
-                if self.first_visits.is_empty() {
-                    self.enqueue_split(leaf);
-                }
+                changed.push(leaf);
+            }
+        }
+        self.probe_middles(&changed);
+        for leaf in changed {
+            self.account(leaf);
+            if self.first_visits.is_empty() {
+                self.enqueue_split(leaf);
             }
         }
     }

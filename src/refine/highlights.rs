@@ -1,6 +1,8 @@
-//! Highlights between vertices: S is known at vertices alone, and a sharp highlight may lie between them unseen.
+//! What lies between vertices unseen: highlights, since S is known at vertices alone, and light or shadow of which the corners
+//! of a leaf know nothing.
 
 use super::engine::Engine;
+use crate::cache::middle;
 use crate::cache::topology::NodeId;
 use crate::math::luminance;
 use crate::shade::highlight::GlossyTriangle;
@@ -19,8 +21,30 @@ pub struct Hidden {
 }
 
 impl Engine {
+    /// Looks for what the corners of leaves do not show.
+    pub(super) fn look_between_corners(&mut self, nodes: &[NodeId]) {
+        self.look_for_highlights(nodes);
+        self.probe_middles(nodes);
+    }
+
+    /// Traces a ray to each strong light from the middle of leaves that nothing else would split; once for each leaf.
+    pub(super) fn probe_middles(&mut self, nodes: &[NodeId]) {
+        let judge = self.judge();
+        let silent: Vec<NodeId> = nodes.iter().copied().filter(|&node| judge.wants_probe(node)).collect();
+        let (world, cache) = (self.world(), &self.cache);
+        let found = self.workers.map_chunks(&silent, |chunk| {
+            let mut rays = 0;
+            let found = chunk.iter().map(|&node| middle::surprise(&world, cache, node, &mut rays)).collect::<Vec<_>>();
+            (found, rays)
+        });
+        self.stats.rays += found.iter().map(|(_, rays)| rays).sum::<u64>();
+        for (node, surprise) in silent.into_iter().zip(found.into_iter().flat_map(|(found, _)| found)) {
+            self.cache.topology.nodes[node.0].work.surprise = Some(surprise);
+        }
+    }
+
     /// Looks for highlights hidden in leaves. No ray is traced: lights are as visible as they are at the corners.
-    pub(super) fn look_for_highlights(&mut self, nodes: &[NodeId]) {
+    fn look_for_highlights(&mut self, nodes: &[NodeId]) {
         for node in nodes {
             let work = &mut self.cache.topology.nodes[node.0].work;
             (work.highlight, work.highlight_share) = (0.0, 0.0);

@@ -24,10 +24,10 @@ pub struct Options {
     pub seed: u64,
     /// Whether light that bounces is computed, too.
     pub indirect: bool,
-    /// How the directions of gather rays are chosen.
-    pub hemisphere: Method,
     /// Whether indirect light that is shown leans on neighbours while rays are few.
     pub filter: bool,
+    /// How the directions of gather rays are chosen.
+    pub hemisphere: Method,
     /// How the next leaf to split is chosen.
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.

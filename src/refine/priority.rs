@@ -70,6 +70,10 @@ pub(super) const CHILD: f32 = 1.0 / 16.0;
 pub(super) const HARD_CONTRAST: f32 = 0.4;
 /// Pixels of the smallest leaf across a hard edge, against other leaves.
 pub(super) const HARD_PIXELS: f32 = 0.02;
+/// Share of a leaf that a surprise in its middle stands for.
+const SURPRISE_SHARE: f32 = 0.5;
+/// Pixels of the smallest leaf whose middle is probed.
+const PROBED: f32 = 1.0;
 /// Rays that a new vertex costs, evaluation included.
 pub(super) const VERTEX_COST: f32 = 16.0;
 
@@ -128,9 +132,11 @@ impl Judge<'_> {
         let noise_gain = self.reflectances.noise_gain(self.scene, node.face);
         let variance = node.corners.map(|slot| self.cache.slots[slot.0].direct.variance).iter().sum::<f32>();
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
-        let highlight = self.highlight(id);
-        let interpolation =
-            node.work.surplus + SURPLUS_TO_MSE * CHILD * unseen + highlight * highlight * node.work.highlight_share;
+        let (highlight, surprise) = (self.highlight(id), self.surprise(id));
+        let interpolation = node.work.surplus
+            + SURPLUS_TO_MSE * CHILD * unseen
+            + highlight * highlight * node.work.highlight_share
+            + surprise * surprise * SURPRISE_SHARE;
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
@@ -169,9 +175,7 @@ impl Judge<'_> {
         let node = &self.cache.topology.nodes[id.0];
         let light = self.leaf(id);
         // A hard edge is a line: a leaf across it is refined until the line is a pixel wide.
-        let highlight = self.highlight(id);
-        let glints = highlight > HARD_CONTRAST * (highlight + 2.0 * light.mean);
-        let hard = light.covered || light.contrast > HARD_CONTRAST || glints;
+        let hard = light.covered || light.contrast > HARD_CONTRAST || self.hides_contrast(id, light.mean);
         // One of the children of a leaf of one pixel has that pixel again: there the leaf's share of its face says how
         // small it is.
         let pixels = if node.work.pixels > 1.0 { node.work.pixels } else { node.work.pixels.min(node.work.share) };
@@ -191,6 +195,39 @@ impl Judge<'_> {
         }
         let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
         node.work.pixels * error / (1.0 + VERTEX_COST * new as f32)
+    }
+
+    /// Luminance by which a leaf's middle is known to differ from its corners.
+    fn surprise(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        self.reflectances.of_face(self.scene, node.face)[0] * node.work.surprise.unwrap_or(0.0)
+    }
+
+    /// Whether something between a leaf's corners is a strong contrast to the mean of what they show.
+    fn hides_contrast(&self, id: NodeId, mean: f32) -> bool {
+        let (highlight, surprise) = (self.highlight(id), self.surprise(id));
+        // A surprise may be a shadow, which is darker than the mean by that much.
+        let by_surprise = surprise > HARD_CONTRAST * (2.0 * mean - surprise).max(surprise);
+        highlight > HARD_CONTRAST * (highlight + 2.0 * mean) || by_surprise
+    }
+
+    /// Whether a ray from its middle should tell what a leaf's corners do not: once, if they are known, where nothing else
+    /// would split it. Children of a leaf that held a surprise are followed below the size of a pixel.
+    pub(super) fn wants_probe(&self, id: NodeId) -> bool {
+        let node = &self.cache.topology.nodes[id.0];
+        let parent = node.parent.and_then(|parent| self.cache.topology.nodes[parent.0].work.surprise);
+        let least =
+            if parent.is_some_and(|surprise| surprise > 0.0) { self.options.min_pixels * HARD_PIXELS } else { PROBED };
+        node.work.surprise.is_none()
+            && node.work.pixels >= least
+            && node.corners.iter().all(|slot| self.cache.slots[slot.0].direct.known)
+            && self.is_small(id)
+    }
+
+    /// Whether the midpoints of a leaf may take its corners' word for what they see of a light.
+    pub(super) fn trusts_corners(&self, id: NodeId) -> bool {
+        let mean = || self.corners(id).0.iter().map(|[direct, indirect]| direct + indirect).sum::<f32>() / 3.0;
+        self.is_small(id) && self.surprise(id) == 0.0 && !self.hides_contrast(id, mean())
     }
 
     /// How much brighter than it is drawn a leaf is somewhere between its corners.

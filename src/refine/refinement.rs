@@ -37,7 +37,7 @@ impl Engine {
         let slots = self.slots_of_all(&vertices);
         self.evaluate(&slots);
         let nodes = self.nodes_around(&slots);
-        self.look_for_highlights(&nodes);
+        self.look_between_corners(&nodes);
         nodes.iter().for_each(|&node| self.account(node));
         if self.first_visits.is_empty() {
             let leaves = self.all_visible_leaves();
@@ -143,7 +143,7 @@ impl Engine {
         for neighbour in self.cache.topology.coarser_neighbours(id) {
             self.split(neighbour, fresh, jobs);
         }
-        let small = self.judge().is_small(id);
+        let small = self.judge().trusts_corners(id);
         let split = self.cache.split(id);
         for slot in split.middles {
             let vertex = self.cache.slots[slot.0].vertex;
@@ -260,7 +260,7 @@ impl Engine {
         nodes.sort_unstable();
         nodes.dedup();
         nodes.retain(|node| self.cache.topology.nodes[node.0].child.is_none());
-        self.look_for_highlights(&nodes);
+        self.look_between_corners(&nodes);
         for node in nodes {
             self.account(node);
             self.enqueue_split(node);

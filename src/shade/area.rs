@@ -5,16 +5,20 @@ use super::area_sampler::{Cluster, Sampler};
 use super::emission::Parts;
 use super::facets::{Facet, Facets, Outlines};
 use super::lights::Arrival;
+use super::silhouette::Silhouette;
 use crate::math::luminance;
 use crate::math::polygon::{edge_term, edges};
 use crate::scene::{EmissionSide, FaceId, Scene, TriangleId};
 use glam::{DVec3, Vec3};
 use smallvec::SmallVec;
+use std::borrow::Cow;
 
 /// An emissive component, prepared.
 #[derive(Clone, Debug)]
 pub struct AreaSource {
     outlines: Outlines,
+    /// Its silhouettes where it has too many outlines, if it is closed and convex.
+    silhouette: Option<Silhouette>,
     /// Triangles to sample: the scene's own where a texture needs them, else those of the merged polygons.
     pub(super) facets: Facets,
     /// Groups of facets by place and direction, only where there are too many facets to weigh each.
@@ -48,6 +52,9 @@ impl AreaSource {
         let own: Vec<Facet> = triangles.iter().filter_map(|&t| Facet::of_scene(scene, t)).collect();
         let outlines = Outlines::new(scene, &own);
         let first = triangles.first().map(|&t| scene.material(t));
+        let both_sides = scene.emission_side == EmissionSide::Both;
+        let many = outlines.corners.len() > MAX_EDGES;
+        let silhouette = if many && !both_sides { Silhouette::new(scene, &own) } else { None };
         let textured = first.is_some_and(|m| m.map_ke.is_some());
         let parts = if textured { Parts::new(scene, &own) } else { Parts::default() };
         let radiance = if textured { parts.mean() } else { first.map_or(Vec3::ZERO, |m| m.ke) };
@@ -57,11 +64,11 @@ impl AreaSource {
         let lo = corners().fold(Vec3::INFINITY, Vec3::min);
         let hi = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
         let (centre, radius) = ((lo + hi) * 0.5, (hi - lo).length() * 0.5);
-        let both_sides = scene.emission_side == EmissionSide::Both;
         let facets = Facets::new(facets);
         Self {
             distant: Distant::new(&outlines, centre, radius),
             outlines,
+            silhouette,
             shown: if both_sides { 1.0 } else { shown_share(&facets) },
             facets,
             clusters,
@@ -84,7 +91,7 @@ impl AreaSource {
     /// Whether [`Self::closed_form`] answers wherever it is asked.
     #[must_use]
     pub fn has_closed_form(&self) -> bool {
-        self.outlines.corners.len() <= MAX_EDGES
+        self.outlines.corners.len() <= MAX_EDGES || self.silhouette.is_some()
     }
 
     /// Whether the whole source is one polygon that looks small from `x`: then its points are about equally bright.
@@ -144,9 +151,8 @@ impl AreaSource {
         (self.centre, self.radius)
     }
 
-    /// The unoccluded light at `x` in closed form; `None` where more outlines face `x` than
-    /// 64 unmerged triangles have: then sample. Zero in the
-    /// plane of the source and behind it.
+    /// The unoccluded light at `x` in closed form; `None` where more outlines face `x` than 64 unmerged triangles have and the
+    /// source is not convex: then sample. Zero in the plane of the source and behind it.
     #[must_use]
     pub fn closed_form(&self, x: Vec3) -> Option<ClosedForm<'_>> {
         self.form(x, MAX_EDGES)
@@ -156,6 +162,13 @@ impl AreaSource {
     pub(super) fn form(&self, x: Vec3, max_edges: usize) -> Option<ClosedForm<'_>> {
         let x = x.as_dvec3();
         let mut form = ClosedForm { radiance: self.radiance, polygons: SmallVec::new(), terms: SmallVec::new() };
+        if let Some(silhouette) = &self.silhouette {
+            let outline = silhouette.from(x)?;
+            if let Some(&first) = outline.first() {
+                form.push(first - x, Cow::Owned(outline.iter().map(|&p| p - first).collect()), 1.0);
+            }
+            return Some(form);
+        }
         for polygon in &self.outlines.polygons {
             let base = polygon.base - x;
             let height = -polygon.normal.dot(base);
@@ -165,7 +178,7 @@ impl AreaSource {
             if form.terms.len() + polygon.corners.len() > max_edges {
                 return None;
             }
-            form.push(base, &self.outlines.corners[polygon.corners.clone()], height.signum());
+            form.push(base, Cow::Borrowed(&self.outlines.corners[polygon.corners.clone()]), height.signum());
         }
         Some(form)
     }
@@ -218,21 +231,21 @@ pub struct ClosedForm<'a> {
 }
 
 /// A polygon that faces the point.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Seen<'a> {
     /// From the point to the first corner.
     pub base: DVec3,
     /// All corners relative to the first.
-    pub corners: &'a [DVec3],
+    pub corners: Cow<'a, [DVec3]>,
     /// 1 where the front is seen, −1 for the back.
     pub sign: f64,
     vector: DVec3,
 }
 
 impl<'a> ClosedForm<'a> {
-    fn push(&mut self, base: DVec3, corners: &'a [DVec3], sign: f64) {
+    fn push(&mut self, base: DVec3, corners: Cow<'a, [DVec3]>, sign: f64) {
         let first = self.terms.len();
-        self.terms.extend(edges(corners).map(|(a, b)| edge_term(base + a, b - a) * sign));
+        self.terms.extend(edges(&corners).map(|(a, b)| edge_term(base + a, b - a) * sign));
         let vector = self.terms[first..].iter().sum();
         self.polygons.push(Seen { base, corners, sign, vector });
     }
@@ -299,7 +312,7 @@ impl Seen<'_> {
         }
         let (mut sum, mut setting, mut rising) = (0.0, DVec3::ZERO, DVec3::ZERO);
         let term = |a: DVec3, b: DVec3| (edge_term(self.base + a, b - a) * self.sign).dot(normal);
-        for ((a, b), whole) in edges(self.corners).zip(terms) {
+        for ((a, b), whole) in edges(&self.corners).zip(terms) {
             let (ha, hb) = (height(a), height(b));
             let crossing = a + (b - a) * (ha / (ha - hb));
             match (ha >= 0.0, hb >= 0.0) {

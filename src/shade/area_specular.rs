@@ -157,5 +157,5 @@ fn highlight(phong: &Lobe, polygon: &Seen<'_>, terms: &[DVec3]) -> f64 {
         let mean = phong.value(cosine) * (1.0 - share) + corners * share;
         return polygon.irradiance(terms, phong.normal) * mean;
     }
-    polygon.sign * phong.over_polygon(polygon.base, polygon.corners)
+    polygon.sign * phong.over_polygon(polygon.base, &polygon.corners)
 }

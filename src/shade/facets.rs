@@ -195,7 +195,8 @@ fn plane_regions(scene: &Scene, facets: &[Facet]) -> Vec<Vec<usize>> {
     regions
 }
 
-fn directed_edges(scene: &Scene, id: TriangleId) -> [[u32; 2]; 3] {
+/// Edges of a triangle as indices of positions, counter-clockwise.
+pub(super) fn directed_edges(scene: &Scene, id: TriangleId) -> [[u32; 2]; 3] {
     let [a, b, c] = scene.triangles[id.0 as usize];
     [[a, b], [b, c], [c, a]]
 }

@@ -9,4 +9,5 @@ mod facets;
 pub mod highlight;
 pub mod lights;
 pub mod phong;
+mod silhouette;
 pub mod world;

@@ -123,8 +123,8 @@ impl Mirror {
 pub fn options(seed: u64) -> Options {
     Options {
         indirect: false,
-        hemisphere: Method::Stratified,
         filter: true,
+        hemisphere: Method::Stratified,
         seed,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,

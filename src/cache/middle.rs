@@ -1,0 +1,72 @@
+//! What a leaf's corners do not say: one ray a light from its middle.
+//!
+//! Corners may all lie in or under other geometry while the leaf between them is lit, and a shadow or a shaft of light may
+//! pass between them.
+
+use super::dynamic::Cache;
+use super::topology::NodeId;
+use crate::estimate::visibility::Origin;
+use crate::math::combine;
+use crate::shade::lights::{Arrival, Source, delta_arrival};
+use crate::shade::world::{Site, World};
+use glam::Vec3;
+use smallvec::SmallVec;
+use std::f32::consts::PI;
+
+/// Share of all the light that may arrive above which a light is worth a ray.
+const WEAK: f32 = 0.03;
+/// Cosine between a facet and a light below which the facet's own body hides it, whatever the shading normals say.
+const GRAZING: f32 = 0.05;
+
+/// Luminance of D, in the middle of a leaf, of the lights of which a ray says otherwise than all corners of the leaf do.
+#[must_use]
+pub fn surprise(world: &World<'_>, cache: &Cache, id: NodeId, rays: &mut u64) -> f32 {
+    let site = middle(cache, id);
+    let strength = |source: &Source| source.strength(site.position, site.normal);
+    let strengths: SmallVec<[f32; 128]> = world.lights.sources.iter().map(strength).collect();
+    let weak = WEAK * strengths.iter().sum::<f32>();
+    let mut surprise = 0.0;
+    for (light, &strength) in strengths.iter().enumerate().filter(|(_, strength)| **strength > weak) {
+        let Some(visible) = agreed(cache, light, id) else { continue };
+        let arrival = arrival(world, light, &site).filter(|a| a.direction.dot(site.normal) > GRAZING);
+        let Some(arrival) = arrival else { continue };
+        *rays += 1;
+        if world.visible(&site, &arrival) != visible {
+            surprise += strength / PI;
+        }
+    }
+    surprise
+}
+
+/// Whether a light is visible, if all corners of a node know and agree.
+fn agreed(cache: &Cache, light: usize, id: NodeId) -> Option<bool> {
+    let corners = cache.corner_vertices(id).map(|v| cache.layers[light].visibility.get(v.0));
+    let first = corners[0].fraction();
+    let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
+    let agree = settled && corners.iter().all(|c| c.fraction() == first) && (first == 0.0 || first == 1.0);
+    agree.then_some(first == 1.0)
+}
+
+/// The middle of a node, lifted off its plane as far as its corners are in the mean.
+fn middle(cache: &Cache, id: NodeId) -> Site {
+    let corners = cache.corner_vertices(id).map(|v| cache.vertices[v.0].site());
+    let mean = |of: fn(&Site) -> Vec3| corners.iter().map(of).sum::<Vec3>() / 3.0;
+    let (position, side) = (mean(|s| s.position), mean(|s| s.normal));
+    let [a, b, c] = corners.map(|s| s.position);
+    let facet = (b - a).cross(c - a).normalize_or(side);
+    let normal = if facet.dot(side) < 0.0 { -facet } else { facet };
+    let lift = corners.iter().map(|s| (s.origin - s.position).dot(s.normal)).sum::<f32>() / 3.0;
+    let key = corners.iter().fold(0, |key, s| combine(key, s.key));
+    Site { key, position, origin: position + normal * lift, normal }
+}
+
+/// The light that a ray is traced for: a random point of an area light.
+fn arrival(world: &World<'_>, light: usize, site: &Site) -> Option<Arrival> {
+    match &world.lights.sources[light] {
+        Source::Delta(kind) => delta_arrival(kind, site.position),
+        Source::Area(area) => {
+            let [u, v, ..] = world.sequence(site, light as u32).point(0);
+            area.at(site.position).sample(world.scene, [u, v])
+        }
+    }
+}
