@@ -204,7 +204,10 @@ fn pictures_are_as_bright_as_the_reference() {
     let folder = tempfile::tempdir().unwrap();
     let size = "--size 64x48 -q";
     for (name, only) in [("full", ""), ("direct", "--direct-only")] {
-        run_well(folder.path(), &format!("reference {{cornell}} {size} {only} --filter point --spp 64 -o ref-{name}.exr"));
+        run_well(
+            folder.path(),
+            &format!("reference {{cornell}} {size} {only} --filter point --spp 64 -o ref-{name}.exr"),
+        );
         let line = format!("render {{cornell}} {size} {only} --deterministic --rays 1500000 -o {name}.exr");
         run_well(folder.path(), &line);
     }
