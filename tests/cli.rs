@@ -84,6 +84,8 @@ fn wrong_input_is_named_with_status_2_and_leaves_nothing_behind() {
         ("render {cornell} -o a.png --camera-path none.toml", "none.toml: cannot read"),
         ("render {cornell} -o a.png --camera-path p.toml --log l.csv --reference r.exr", "cannot be used with"),
         ("render {cornell} -o no/a.png --camera-path p.toml", "the folder no does not exist"),
+        ("render {cornell} -o a.png --hemisphere even", "stratified, adaptive, paper"),
+        ("render {cornell} -o a.png --hemisphere paper --direct-only", "--direct-only"),
         ("bench", "scenes/cornell_box/cornell_box.toml is not here"),
         ("bench {cornell} --camera back", "--camera back: the scene has main"),
         ("bench {cornell} --threads 0", "--threads"),
@@ -442,4 +444,26 @@ fn bench_measures_what_it_promises() {
     }
     let stratified: Vec<f64> = errors[..4].iter().map(|row| row["rmse"].as_f64().unwrap()).collect();
     assert!(stratified[3] < stratified[0] / 8.0, "as independent rays, or worse: {stratified:?}");
+}
+
+/// With light that bounces and without, the picture is as bright as the path tracer's; what bounces is about half of it.
+#[test]
+fn pictures_are_as_bright_as_the_reference() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let size = "--size 64x48 -q";
+    for (name, only) in [("full", ""), ("direct", "--direct-only")] {
+        run_well(
+            folder.path(),
+            &format!("reference {{cornell}} {size} {only} --filter point --spp 64 -o ref-{name}.exr"),
+        );
+        let line = format!("render {{cornell}} {size} {only} --deterministic --rays 1500000 -o {name}.exr");
+        run_well(folder.path(), &line);
+    }
+    // A twentieth of the mean of the full picture.
+    let status = |a, b| run(folder.path(), &format!("diff {a}.exr ref-{b}.exr --max-mean-shift 0.003")).status.code();
+    assert_eq!([("full", "full"), ("direct", "direct")].map(|(a, b)| status(a, b)), [Some(0); 2]);
+    assert_eq!([("direct", "full"), ("full", "direct")].map(|(a, b)| status(a, b)), [Some(1); 2]);
 }

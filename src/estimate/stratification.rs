@@ -4,6 +4,10 @@
 //! samples whose means are a and b tell the variance of their common mean by (a − b)²/4. From one point that is next to
 //! nothing; pooled over many it is the gain, by which the independent variance of each point is multiplied. It errs
 //! upwards, since together two rounds are stratified more finely than each: 2^p − 1 times where the variance falls as n^-p.
+//!
+//! `bench` measures it to show what stratification gains. The engine keeps to [`usual_gain`]: with the measured one its
+//! estimated error was nearer to the truth in a hall of small lamps (0.99 of it against 0.82) but 2.8 times too large, against
+//! 1.7, in a Cornell box, where rounds err upwards most (docs/light-vectors.md).
 
 use super::light_vector::LightVector;
 use crate::math::luminance;
