@@ -66,8 +66,10 @@ pub(super) const CONTRAST_WEIGHT: f32 = 0.02;
 pub(super) const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
 /// A child's square error against its parent's, where light is smooth.
 pub(super) const CHILD: f32 = 1.0 / 16.0;
-/// Contrast along an edge of a leaf that takes it for a hard shadow's.
+/// Contrast, of indirect light or with what lies between corners, that takes a leaf for one across a hard shadow's.
 pub(super) const HARD_CONTRAST: f32 = 0.4;
+/// The same for direct light: an edge where a quarter of it is missing looks sharp.
+const SHADOW_CONTRAST: f32 = 0.15;
 /// Pixels of the smallest leaf across a hard edge, against other leaves.
 pub(super) const HARD_PIXELS: f32 = 0.02;
 /// Share of a leaf that a surprise in its middle stands for.
@@ -175,7 +177,7 @@ impl Judge<'_> {
         let node = &self.cache.topology.nodes[id.0];
         let light = self.leaf(id);
         // A hard edge is a line: a leaf across it is refined until the line is a pixel wide.
-        let hard = light.covered || light.contrast > HARD_CONTRAST || self.hides_contrast(id, light.mean);
+        let hard = light.covered || light.contrast > SHADOW_CONTRAST || self.hides_contrast(id, light.mean);
         // One of the children of a leaf of one pixel has that pixel again: there the leaf's share of its face says how
         // small it is.
         let pixels = if node.work.pixels > 1.0 { node.work.pixels } else { node.work.pixels.min(node.work.share) };

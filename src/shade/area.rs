@@ -18,7 +18,7 @@ use std::borrow::Cow;
 pub struct AreaSource {
     outlines: Outlines,
     /// Its silhouettes where it has too many outlines, if it is closed and convex.
-    silhouette: Option<Silhouette>,
+    silhouette: Option<Box<Silhouette>>,
     /// Triangles to sample: the scene's own where a texture needs them, else those of the merged polygons.
     pub(super) facets: Facets,
     /// Groups of facets by place and direction, only where there are too many facets to weigh each.
@@ -54,7 +54,7 @@ impl AreaSource {
         let first = triangles.first().map(|&t| scene.material(t));
         let both_sides = scene.emission_side == EmissionSide::Both;
         let many = outlines.corners.len() > MAX_EDGES;
-        let silhouette = if many && !both_sides { Silhouette::new(scene, &own) } else { None };
+        let silhouette = if many && !both_sides { Silhouette::new(scene, &own).map(Box::new) } else { None };
         let textured = first.is_some_and(|m| m.map_ke.is_some());
         let parts = if textured { Parts::new(scene, &own) } else { Parts::default() };
         let radiance = if textured { parts.mean() } else { first.map_or(Vec3::ZERO, |m| m.ke) };
