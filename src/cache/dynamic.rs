@@ -70,6 +70,8 @@ pub struct Light {
     pub variance: f32,
     /// Whether there is a value at all.
     pub known: bool,
+    /// Whether other geometry covers the vertex (indirect light; direct light asks the vertex).
+    pub covered: bool,
     /// Whether it is a guess from before the lights changed: to be shown, but not to be computed with.
     pub stale: bool,
 }
@@ -144,6 +146,9 @@ impl Cache {
         let corners = [0, 1, 2].map(|corner| self.corner_slot(scene, weld, face, corner));
         let vertices = corners.map(|slot| self.slots[slot.0].vertex);
         let root = self.topology.add_root(face, corners, vertices);
+        let [a, b, c] = scene.corners(face.triangle());
+        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+        self.topology.nodes[root.0].indirect.size = longest;
         self.roots.insert(face, root);
         root
     }

@@ -114,5 +114,6 @@ fn combine(own: Estimate, predicted: Estimate) -> Light {
         variance: own.noise * share,
         known: true,
         stale: false,
+        covered: false,
     }
 }

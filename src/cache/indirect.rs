@@ -117,7 +117,8 @@ impl Cache {
                 continue;
             }
             written.push(slot);
-            self.slots[slot.0].indirect = self.indirect_light(slot, eye);
+            let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
+            self.slots[slot.0].indirect = Light { covered, ..self.indirect_light(slot, eye) };
             let unsampled = |s: &SlotId| !self.indirect.is_sampled(*s);
             due.extend(self.between(slot).filter(unsampled).map(Reverse));
         }
@@ -181,7 +182,7 @@ impl Cache {
         let to_eye = (eye - self.vertices[record.vertex.0].position).normalize_or(record.normal);
         let specular = record.shininess.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
         let variance = sum.variance_of_mean() / (PI * PI);
-        Light { diffuse: sum.irradiance() / PI, specular, variance, known: true, stale: false }
+        Light { diffuse: sum.irradiance() / PI, specular, variance, known: true, stale: false, covered: false }
     }
 
     /// Weight of a slot's vertex in interpolation.
@@ -201,24 +202,24 @@ impl Cache {
         }
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
         for (slot, weight) in self.topology.nodes[node.0].corners.into_iter().zip(weights) {
-            let light = self.slots[slot.0].indirect;
+            let light = &self.slots[slot.0].indirect;
             let known = light.known && !light.stale;
-            if !known && !self.vertices[self.slots[slot.0].vertex.0].progress.covered {
+            if !known && !light.covered {
                 return None;
             }
-            let weight = if known { weight.max(0.0) * self.weight(slot) } else { 0.0 };
-            sum += light.diffuse * weight;
-            total += weight;
+            if known {
+                let weight = weight.max(0.0) * if light.covered { COVERED_WEIGHT } else { 1.0 };
+                sum += light.diffuse * weight;
+                total += weight;
+            }
         }
         let value = sum / total;
         (total > 0.0 && self.is_trusted(node, luminance(value), distance)).then_some(value)
     }
 
     fn is_trusted(&self, node: NodeId, value: f32, distance: f32) -> bool {
-        let error = self.topology.nodes[node.0].indirect.doubt;
-        let [a, b, c] = self.corner_positions(node);
-        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-        longest < (SMALL_AT_HIT * distance).powi(2) || error < (TRUSTED_ERROR * value).powi(2)
+        let node = &self.topology.nodes[node.0].indirect;
+        node.size < (SMALL_AT_HIT * distance).powi(2) || node.doubt < (TRUSTED_ERROR * value).powi(2)
     }
 }
 

@@ -39,6 +39,8 @@ pub struct Vertex {
     pub reach: f32,
     /// Raised whenever its indirect light changes.
     pub gathers: u32,
+    /// Key that its next round waits in the queue with; 0 if it does not.
+    pub queued: f32,
 }
 
 /// How far the sampling of a vertex has come.
@@ -116,6 +118,7 @@ impl Vertex {
             progress: Progress::default(),
             reach: 0.0,
             gathers: 0,
+            queued: 0.0,
         }
     }
 

@@ -15,6 +15,9 @@ use glam::Vec3;
 /// Rays of a job: enough to be worth handing out, few enough to share a vertex's round among threads.
 const RAYS_A_JOB: u32 = 128;
 
+/// Rise of a key that is worth another entry in the queue.
+const RISEN: f32 = 1.25;
+
 /// Work on indirect light in a batch.
 #[derive(Default)]
 pub(super) struct IndirectWork {
@@ -58,8 +61,12 @@ impl Engine {
         let mut leaves = Vec::new();
         self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
         let corners = self.corners_of_all(&leaves);
-        corners.iter().for_each(|v| self.cache.vertices[v.0].reach = 0.0);
+        for vertex in &corners {
+            let vertex = &mut self.cache.vertices[vertex.0];
+            (vertex.reach, vertex.queued) = (0.0, 0.0);
+        }
         for &leaf in &leaves {
+            self.cache.topology.nodes[leaf.0].indirect.queued = 0.0;
             self.cache.topology.nodes[leaf.0].indirect.pixels = self.pixels_below(leaf);
             self.add_reach(leaf, 1.0);
             self.account_indirect(leaf);
@@ -279,18 +286,38 @@ impl Engine {
     }
 
     fn enqueue_refinement(&mut self, id: NodeId) {
-        let node = &mut self.cache.topology.nodes[id.0].indirect;
-        node.version += 1;
-        let version = node.version;
         let key = self.judge().refine_key(id);
-        self.queue.push(key, Task::Refine(id), version);
+        let node = &mut self.cache.topology.nodes[id.0].indirect;
+        if is_due(key, node.queued) {
+            node.version += 1;
+            node.queued = key;
+            let version = node.version;
+            self.queue.push(key, Task::Refine(id), version);
+        }
     }
 
     fn enqueue_gather(&mut self, id: VertexId) {
-        let vertex = &mut self.cache.vertices[id.0];
-        vertex.gathers += 1;
-        let version = vertex.gathers;
         let key = self.judge().gather_key(id);
-        self.queue.push(key, Task::Gather(id), version);
+        let vertex = &mut self.cache.vertices[id.0];
+        if is_due(key, vertex.queued) {
+            vertex.gathers += 1;
+            vertex.queued = key;
+            let version = vertex.gathers;
+            self.queue.push(key, Task::Gather(id), version);
+        }
     }
+
+    /// Notes the key that a task on indirect light waits with, 0 if it has left the queue.
+    pub(super) fn note_queued(&mut self, task: Task, key: f32) {
+        match task {
+            Task::Gather(id) => self.cache.vertices[id.0].queued = key,
+            Task::Refine(id) => self.cache.topology.nodes[id.0].indirect.queued = key,
+            Task::Split(_) | Task::Settle(_) | Task::Double(_) => {}
+        }
+    }
+}
+
+/// Whether a task must be queued anew: one that waits with nearly as high a key, or a higher one, is looked at in time.
+fn is_due(key: f32, queued: f32) -> bool {
+    key > queued * RISEN
 }

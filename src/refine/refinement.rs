@@ -53,7 +53,9 @@ impl Engine {
         while splits.len() + jobs.len() + indirect.tasks() < TASKS_A_RUN && indirect.rays < GATHER_RAYS_A_RUN {
             let Some(entry) = self.queue.pop() else { break };
             let Some(key) = self.current_key(entry.task, entry.version) else { continue };
-            if key < entry.key * STALE {
+            let stale = key < entry.key * STALE;
+            self.note_queued(entry.task, if stale { key } else { 0.0 });
+            if stale {
                 self.queue.push(key, entry.task, entry.version);
                 continue;
             }
