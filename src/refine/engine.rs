@@ -306,7 +306,8 @@ impl Engine {
             }
             let pixels = by_node.get(&leaf).copied().unwrap_or(0.0);
             if pixels != node.work.pixels {
-                self.cache.topology.nodes[leaf.0].work.pixels = pixels;
+                let before = std::mem::replace(&mut self.cache.topology.nodes[leaf.0].work.pixels, pixels);
+                self.recount_indirect(leaf, pixels - before);
                 changed.push(leaf);
             }
         }

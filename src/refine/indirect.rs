@@ -261,6 +261,20 @@ impl Engine {
         }
     }
 
+    /// Takes in that a drawn leaf covers more or fewer pixels than was thought.
+    pub(super) fn recount_indirect(&mut self, leaf: NodeId, difference: f32) {
+        if !self.options.indirect {
+            return;
+        }
+        let id = self.cache.topology.indirect_leaf(leaf);
+        self.add_reach(id, -1.0);
+        let node = &mut self.cache.topology.nodes[id.0].indirect;
+        node.pixels = (node.pixels + difference).max(0.0);
+        self.add_reach(id, 1.0);
+        self.account_indirect(id);
+        self.enqueue_refinement(id);
+    }
+
     /// Adds what a leaf's noise costs to its corners' reach, or takes it off. Linear interpolation shows a sixth of the
     /// variance at each corner.
     fn add_reach(&mut self, id: NodeId, sign: f32) {
