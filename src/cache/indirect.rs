@@ -38,11 +38,11 @@ pub struct Round {
 
 /// A leaf of the mesh of indirect light is taken at its word at a hit if its edges are shorter than this share of the ray:
 /// what it gets wrong evens out over the hemisphere.
-const SMALL_AT_HIT: f32 = 0.25;
+const SMALL_AT_HIT: f32 = 0.15;
 /// Standard error of a guess from before the lights changed, against the value.
 const STALE_ERROR: f32 = 0.25;
 /// Error of interpolation against the value up to which it is taken at its word anyway.
-const TRUSTED_ERROR: f32 = 0.1;
+const TRUSTED_ERROR: f32 = 0.05;
 
 impl IndirectLayer {
     /// Rays gathered at a vertex.
