@@ -46,6 +46,8 @@ pub struct SlotRecord {
     pub normal: Vec3,
     /// Phong exponent where the surface is glossy.
     pub shininess: Option<f32>,
+    /// Whether it is meant to mirror: until there are reflections its highlight shows direct light only.
+    pub mirror: bool,
     /// Direct light.
     pub direct: Light,
     /// Indirect light.
@@ -183,11 +185,12 @@ impl Cache {
     }
 
     /// The slot of a vertex with the given normal and exponent, added if there is none.
-    fn slot(&mut self, vertex: VertexId, (normal, shininess): (Vec3, Option<f32>)) -> SlotId {
+    fn slot(&mut self, vertex: VertexId, look: Look) -> SlotId {
+        let Look { normal, shininess, mirror } = look;
         // Coplanar facets may differ in the last bits of their normals; 1e-6 is 0.08°.
         let same = |&slot: &SlotId| {
             let record = &self.slots[slot.0];
-            record.shininess == shininess && record.normal.dot(normal) > 1.0 - 1e-6
+            (record.shininess, record.mirror) == (shininess, mirror) && record.normal.dot(normal) > 1.0 - 1e-6
         };
         if let Some(slot) = self.slots_of(vertex).find(same) {
             return slot;
@@ -197,6 +200,7 @@ impl Cache {
             next: self.vertices[vertex.0].first_slot,
             normal,
             shininess,
+            mirror,
             direct: Light::default(),
             indirect: Light::default(),
             first_use: None,
@@ -230,7 +234,8 @@ impl Cache {
         let vertex = self.topology.midpoint(node.edges[at])?;
         let ends = [node.corners[at], node.corners[(at + 1) % 3]];
         let [a, b] = ends.map(|slot| &self.slots[slot.0]);
-        let look = ((a.normal + b.normal).normalize_or(a.normal), a.shininess);
+        let normal = (a.normal + b.normal).normalize_or(a.normal);
+        let look = Look { normal, shininess: a.shininess, mirror: a.mirror };
         let slot = self.slot(vertex, look);
         if self.slots[slot.0].ends.is_none() {
             self.note_between(slot, ends);
@@ -381,11 +386,20 @@ impl Cache {
     }
 }
 
-/// Shading normal and exponent of a triangle's corner at `position`, on the given side.
-fn slot_look(scene: &Scene, position: u32, triangle: TriangleId, back: bool) -> (Vec3, Option<f32>) {
+/// What facets must have in common to share a slot.
+#[derive(Clone, Copy, Debug)]
+struct Look {
+    normal: Vec3,
+    shininess: Option<f32>,
+    mirror: bool,
+}
+
+/// Shading normal and gloss of a triangle's corner at `position`, on the given side.
+fn slot_look(scene: &Scene, position: u32, triangle: TriangleId, back: bool) -> Look {
     let t = triangle.0 as usize;
     let corner = scene.triangles[t].iter().position(|&p| p == position).unwrap_or(0);
     let front = scene.normals[t][corner];
     let material = scene.material(triangle);
-    (if back { -front } else { front }, material.is_glossy().then_some(material.shininess))
+    let normal = if back { -front } else { front };
+    Look { normal, shininess: material.is_glossy().then_some(material.shininess), mirror: material.mirror }
 }

@@ -180,7 +180,8 @@ impl Cache {
     fn light_of(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> Light {
         let record = &self.slots[slot.0];
         let to_eye = (eye - self.vertices[record.vertex.0].position).normalize_or(record.normal);
-        let specular = record.shininess.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
+        let specular = record.shininess.filter(|_| !record.mirror);
+        let specular = specular.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
         let variance = sum.variance_of_mean() / (PI * PI);
         Light { diffuse: sum.irradiance() / PI, specular, variance, known: true, stale: false, covered: false }
     }

@@ -1,7 +1,7 @@
 //! Indirect light in a batch: vertices gathered, its mesh refined, what depends on them brought up to date.
 
 use super::engine::Engine;
-use super::indirect_priority::FIRST_RAYS;
+use super::indirect_priority::{FIRST_RAYS, PROOF_OF_DARKNESS};
 use super::priority::CHILD;
 use super::queue::Task;
 use crate::cache::dynamic::SlotId;
@@ -101,7 +101,7 @@ impl Engine {
                 let record = &self.cache.slots[s.0];
                 record.direct.diffuse + record.indirect.diffuse == Vec3::ZERO
             };
-            let known = self.cache.indirect.rays(vertex) > 0 && !self.cache.vertices[vertex.0].progress.covered;
+            let known = self.cache.indirect.rays(vertex) >= PROOF_OF_DARKNESS && !self.cache.vertices[vertex.0].progress.covered;
             if !known || !slots.iter().all(dark) {
                 continue;
             }

@@ -9,6 +9,8 @@ use glam::Vec3;
 
 /// Rays of a vertex's first round.
 pub const FIRST_RAYS: u32 = 16;
+/// Rays that found no light at all, which prove that a vertex is enclosed.
+pub const PROOF_OF_DARKNESS: u32 = 128;
 /// A vertex is not sampled beyond this many rays (whose noise is about 0.05 %).
 const MAX_RAYS: u32 = 1 << 17;
 /// Most rays of the first round of a vertex of a finer level.
@@ -185,7 +187,11 @@ impl Judge<'_> {
             let light = &self.cache.slots[slot.0].indirect;
             light.variance.max((LEAST_DEVIATION * luminance(light.diffuse)).powi(2) / rays as f32)
         };
-        let variance = self.cache.slots_of(id).map(likely).fold(0.0, f32::max);
+        let mut variance = self.cache.slots_of(id).map(likely).fold(0.0, f32::max);
+        if variance == 0.0 && rays < PROOF_OF_DARKNESS {
+            // It may lie inside something, or its few rays missed what light there is.
+            variance = (UNSAMPLED * self.mean).powi(2) / rays as f32;
+        }
         vertex.reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
     }
 }
