@@ -46,7 +46,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let display = args.output.display(&scene.display);
     let scene = Arc::new(scene);
     let hierarchy = build_hierarchy(&scene)?;
-    let mut gpu = join(gpu)??;
+    let mut gpu = gpu.finish()?;
     gpu.renderer.load(&scene)?;
     gpu.renderer.resize(args.scene.size)?;
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
@@ -89,17 +89,38 @@ struct Gpu {
     pipeline_seconds: f64,
 }
 
-fn open_gpu(args: &RenderArgs) -> Result<JoinHandle<Result<Gpu>>> {
+/// The GPU side in the making. Whoever leaves early waits for it: a driver whose set-up is cut off by the end of the process may
+/// crash it.
+struct Opening(Option<JoinHandle<Result<Gpu>>>);
+
+impl Opening {
+    fn finish(mut self) -> Result<Gpu> {
+        let thread = self.0.take().ok_or_else(|| Error::Internal("the GPU is opened once".to_owned()))?;
+        join(thread)?
+    }
+}
+
+impl Drop for Opening {
+    fn drop(&mut self) {
+        if let Some(thread) = self.0.take() {
+            // What went wrong there does not matter any more.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn open_gpu(args: &RenderArgs) -> Result<Opening> {
     let options = DeviceOptions { device: args.device.device.clone(), validation: None };
     let size = args.scene.size;
-    spawn("penombre-gpu-setup", move || {
+    let thread = spawn("penombre-gpu-setup", move || {
         let start = Instant::now();
         let device = Device::new(&options)?;
         let device_seconds = start.elapsed().as_secs_f64();
         let renderer = Renderer::new(device, size)?;
         let pipeline_seconds = start.elapsed().as_secs_f64() - device_seconds;
         Ok(Gpu { renderer, device_seconds, pipeline_seconds })
-    })
+    })?;
+    Ok(Opening(Some(thread)))
 }
 
 /// A hierarchy in the making.

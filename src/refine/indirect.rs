@@ -101,7 +101,8 @@ impl Engine {
                 let record = &self.cache.slots[s.0];
                 record.direct.diffuse + record.indirect.diffuse == Vec3::ZERO
             };
-            let known = self.cache.indirect.rays(vertex) >= PROOF_OF_DARKNESS && !self.cache.vertices[vertex.0].progress.covered;
+            let known = self.cache.indirect.rays(vertex) >= PROOF_OF_DARKNESS
+                && !self.cache.vertices[vertex.0].progress.covered;
             if !known || !slots.iter().all(dark) {
                 continue;
             }
