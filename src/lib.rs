@@ -10,7 +10,7 @@
 //! - [`cache`]: vertices, their samples a light, the dynamic mesh
 //! - [`refine`]: the engine thread that owns the cache
 //! - [`mod@reference`]: the brute-force yardstick, no cache
-//! - [`bench`]: measurements of the rest
+//! - [`mod@bench`]: measurements of the rest
 //! - [`vk`]: Vulkan objects with owners; [`pass`]: the frame
 //! - [`image`]: film, EXR, PNG, tone mapping, metrics; [`log`]: frame log
 //! - [`cli`]: one file a subcommand

@@ -271,7 +271,7 @@ pub struct ReferenceArgs {
     /// Only light that arrives from the sources without a bounce
     #[arg(long)]
     pub direct_only: bool,
-    /// Surfaces beyond the first hit reflect diffusely (their Ks counts as 0), as the light engine takes them: what is left
+    /// Surfaces beyond the first hit reflect diffusely (what would go into their highlights, too), as the light engine takes them: what is left
     /// between the images is the engine's error, not what the method leaves out
     #[arg(long, conflicts_with = "direct_only")]
     pub match_method: bool,

@@ -1,6 +1,6 @@
 //! The light vector of a point: sums over samples of the light above it, so that more can always be added.
 //!
-//! V = ∫ L ω dω over the hemisphere above a normal n [ZSP98] [FP03 §2.1]. Its component along n is the irradiance; against
+//! V = ∫ L ω dω over the hemisphere above a normal n \[ZSP98\] [FP03 §2.1]. Its component along n is the irradiance; against
 //! the fluence Φ = ∫ L dω its length tells how wide the light is: |V|/Φ is 1 for a single direction, 1/2 for an even
 //! hemisphere.
 

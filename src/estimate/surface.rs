@@ -18,7 +18,7 @@ pub struct DiffusePoint {
     pub facet: Vec3,
     /// Unit shading normal on that side.
     pub normal: Vec3,
-    /// Diffuse reflectance.
+    /// Reflectance: what would go into the highlight is reflected diffusely, too, so that no energy is lost.
     pub kd: Vec3,
 }
 
@@ -35,7 +35,7 @@ impl DiffusePoint {
             origin: position + facet * (scale * LIFT),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
-            kd: scene.kd_at(hit.triangle, hit.u, hit.v),
+            kd: scene.kd_at(hit.triangle, hit.u, hit.v) + scene.material(hit.triangle).highlight_albedo(),
         }
     }
 

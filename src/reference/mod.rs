@@ -1,7 +1,7 @@
 //! Brute-force path tracer: no cache, no interpolation; the yardstick of everything else.
 //!
 //! At each point of a path one light (all, where there are few) is sampled, and one direction by the reflection model; both
-//! find area lights and are weighed against each other [VG95]. Paths end by Russian roulette alone, so the mean is that of
+//! find area lights and are weighed against each other \[VG95\]. Paths end by Russian roulette alone, so the mean is that of
 //! all bounces.
 
 mod accumulator;
@@ -25,7 +25,7 @@ pub enum Filter {
 pub enum Transport {
     /// All of it.
     Full,
-    /// All of it, but surfaces beyond the first hit reflect diffusely: their k_s counts as 0. This is what the light engine
+    /// All of it, but surfaces beyond the first hit reflect diffusely, what would go into their highlights, too. This is what the light engine
     /// approximates, so that an image may be compared without what the method leaves out.
     Method,
     /// What arrives at the first hit from the sources without a bounce.

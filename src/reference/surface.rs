@@ -22,6 +22,8 @@ pub struct Surface {
     to_eye: Vec3,
     kd: Vec3,
     ks: Vec3,
+    /// Diffuse reflectance that stands for the highlight.
+    spread: Vec3,
     shininess: f32,
     /// Whether the highlight shows light straight from the sources only.
     mirror: bool,
@@ -67,15 +69,16 @@ impl Surface {
             to_eye: -ray.direction,
             kd,
             ks: material.ks,
+            spread: material.highlight_albedo(),
             shininess: material.shininess,
             mirror: material.mirror,
             glossy: glossy_share(kd, material.ks, material.shininess),
         }
     }
 
-    /// The same without a highlight.
+    /// The same with what goes into the highlight reflected diffusely.
     pub fn diffuse(self) -> Self {
-        Self { ks: Vec3::ZERO, glossy: 0.0, ..self }
+        Self { kd: self.kd + self.spread, ks: Vec3::ZERO, glossy: 0.0, ..self }
     }
 
     /// The ray to a light.

@@ -35,6 +35,14 @@ pub struct Material {
 }
 
 impl Material {
+    /// Diffuse reflectance that reflects as much of even light as the highlight does: ⅔ k_s, the mean of cos²θ / cosθ over the
+    /// hemisphere, since a sharp normalised lobe reflects k_s cosθ of what comes in at θ. 0 for a mirror, which waits for
+    /// reflections.
+    #[must_use]
+    pub fn highlight_albedo(&self) -> Vec3 {
+        if self.mirror { Vec3::ZERO } else { self.ks * (2.0 / 3.0) }
+    }
+
     /// A diffuse grey material, what a face without a material gets.
     #[must_use]
     pub fn grey(name: &str) -> Self {
