@@ -72,7 +72,7 @@ impl IndirectLayer {
     }
 
     /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, luminance².
-    pub fn expect(&mut self, vertex: VertexId, square: f32) {
+    pub fn note_expected(&mut self, vertex: VertexId, square: f32) {
         *self.gathers.expected.entry(vertex.0) = square;
     }
 

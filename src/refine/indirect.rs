@@ -179,7 +179,7 @@ impl Engine {
         let expected = if node.indirect.doubt.is_finite() { node.indirect.doubt } else { unmeasured };
         node.indirect.split = true;
         for vertex in node.edges.map(|edge| self.cache.topology.midpoint(edge)).into_iter().flatten() {
-            self.cache.indirect.expect(vertex, expected);
+            self.cache.indirect.note_expected(vertex, expected);
         }
     }
 

@@ -1,6 +1,8 @@
 //! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::priority`]).
 
-use super::priority::{CHILD, CONTRAST_WEIGHT, HARD_CONTRAST, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST};
+use super::priority::{
+    CHILD, CONTRAST_WEIGHT, HARD_CONTRAST, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST, sum_of_products,
+};
 use crate::cache::dynamic::{Light, SlotId};
 use crate::cache::topology::{MAX_LEVEL, NodeId};
 use crate::cache::vertex::VertexId;
@@ -124,9 +126,7 @@ impl Judge<'_> {
             noise += middle.variance + (a.variance + b.variance) * 0.25;
             luminance(middle.diffuse - (a.diffuse + b.diffuse) * 0.5)
         });
-        let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let products = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-        let (found, noise) = (squares + products, noise * SIGNIFICANCE);
+        let (found, noise) = (sum_of_products(d), noise * SIGNIFICANCE);
         measured.then(|| [(found - noise).max(0.0), found + noise].map(|d| SURPLUS_TO_MSE * d))
     }
 
@@ -136,7 +136,8 @@ impl Judge<'_> {
         let node = &self.cache.topology.nodes[id.0];
         let light = |slot: &SlotId| self.cache.slots[slot.0].indirect;
         let known = node.corners.iter().all(|slot| light(slot).known && !light(slot).stale);
-        let least = self.options.min_pixels * if self.crosses_contact(id) { HARD_PIXELS } else { 1.0 };
+        let crosses = self.crosses_contact(id);
+        let least = self.options.min_pixels * if crosses { HARD_PIXELS } else { 1.0 };
         if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
             return 0.0;
         }
@@ -144,7 +145,7 @@ impl Judge<'_> {
         if node.indirect.pixels > LARGE {
             error += (UNSEEN * self.typical(id)).powi(2);
         }
-        if self.crosses_contact(id) {
+        if crosses {
             error += (COVERED * self.brightest(id)).powi(2) * CHILD;
         }
         let error = error * self.gain(id);

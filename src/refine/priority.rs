@@ -96,6 +96,12 @@ pub struct LeafLight {
     pub noise: f32,
 }
 
+/// Σd² + Σdd′ of the surpluses on a triangle's edges, what the mean square error of interpolation is proportional to. [L 2.2]
+pub(super) fn sum_of_products(d: [f32; 3]) -> f32 {
+    let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    squares + d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
+}
+
 impl Judge<'_> {
     /// Luminance shown at a slot on a face of direct and of indirect light.
     pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
@@ -166,9 +172,7 @@ impl Judge<'_> {
                 middle - (shown[i][0] + shown[j][0]) * 0.5
             }
         });
-        let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        let products = d[0] * d[1] + d[1] * d[2] + d[2] * d[0];
-        SURPLUS_TO_MSE * (squares + products - noise).max(0.0)
+        SURPLUS_TO_MSE * (sum_of_products(d) - noise).max(0.0)
     }
 
     /// Key of splitting a leaf; 0 if it is not worth it or not allowed.
