@@ -165,6 +165,7 @@ fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
         hemisphere: refinement.hemisphere,
         priority: refinement.priority,
         min_pixels: refinement.min_pixels,
+        counted: args.pixel_counts == PixelCounts::Histogram,
         contrast: refinement.contrast,
         // What covers a few pixels where the whole scene fills the image; nearer to the eye, what does so there.
         shadow_size: refinement.shadow_size.unwrap_or(scene.diagonal() * SHADOW_PIXELS / image),
