@@ -258,9 +258,11 @@ fn pictures_of_a_still_camera_trace_no_direct_light_again() {
     let rows: Vec<Vec<&str>> = log.lines().skip(1).map(|row| row.split(',').collect()).collect();
     let starts: Vec<usize> = (0..rows.len()).filter(|&i| rows[i][2] == "1").collect();
     assert_eq!(starts.len(), 4, "{log}");
-    let end_of_first = rows[starts[1] - 1][13].parse::<u64>().unwrap();
-    let end = rows.last().unwrap()[13].parse::<u64>().unwrap();
-    assert!(end_of_first > 1000 && end == end_of_first, "{end_of_first} rays, then {end}");
+    let rays = |row: usize| rows[row][13].parse::<u64>().unwrap();
+    let (first, second, last) = (rays(starts[1] - 1), rays(starts[2] - 1), rays(rows.len() - 1));
+    // The second probes small leaves whose pixels were counted only after the end of the first.
+    let probes = first / 50;
+    assert!(first > 1000 && second <= first + probes && last == second, "{first} rays, then {second}, then {last}");
 }
 
 #[test]
