@@ -1,6 +1,8 @@
 //! The command line: arguments and one file a subcommand.
 
 pub mod args;
+pub mod args_bench;
+pub mod args_reference;
 pub mod bench;
 pub mod diff;
 pub mod info;

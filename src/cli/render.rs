@@ -52,6 +52,9 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
     let engine = start_engine(args, &scene, hierarchy)?;
     let reference = reference.map(|image| Yardstick::new(image, display));
+    if let Some(reference) = reference.as_ref().filter(|_| !args.verbosity.quiet) {
+        output::report(&reference.describe());
+    }
     let renderer = &mut gpu.renderer;
     summary.warnings.extend(fallbacks(args, renderer));
     let progress = Progress::new(args.verbosity.quiet);
