@@ -17,6 +17,8 @@ use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+/// Heading of the options about what is refined.
+const REFINEMENT: &str = "Refinement";
 /// Heading of the options about drawing.
 const GPU: &str = "GPU";
 /// Heading of the options about what is said and logged.
@@ -84,6 +86,9 @@ pub struct RenderArgs {
     /// What is refined.
     #[command(flatten)]
     pub refinement: RefinementArgs,
+    /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
+    #[arg(long, help_heading = REFINEMENT)]
+    pub no_filter: bool,
     /// How changed lighting is redrawn
     #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,
@@ -214,14 +219,11 @@ pub struct EngineArgs {
 
 /// What is refined, and how far.
 #[derive(Args, Clone, Copy, Debug)]
-#[command(next_help_heading = "Refinement")]
+#[command(next_help_heading = REFINEMENT)]
 pub struct RefinementArgs {
     /// Only light that arrives from the sources without a bounce
     #[arg(long)]
     pub direct_only: bool,
-    /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
-    #[arg(long)]
-    pub no_filter: bool,
     /// How the directions of indirect light are chosen: evenly, so that rays add up without bias, or by what the first rays
     /// found, with a bias (to compare)
     #[arg(long, value_name = "METHOD", default_value = "stratified", value_parser = values::hemisphere(),
@@ -409,7 +411,7 @@ impl RenderArgs {
             RefinementArgs { hemisphere: Method::Stratified, .. } => {}
             RefinementArgs { hemisphere, .. } => text += &format!(" --hemisphere {}", hemisphere.name()),
         }
-        text += if self.refinement.no_filter { " --no-filter" } else { "" };
+        text += if self.no_filter { " --no-filter" } else { "" };
         let BudgetArgs { frames, rays, error, .. } = self.budget;
         let budgets = [
             ("frames", frames.map(|n| n.to_string())),

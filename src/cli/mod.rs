@@ -14,6 +14,7 @@ pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod session;
+pub mod setup;
 pub mod stills;
 mod values;
 pub mod verdict;
