@@ -2,8 +2,11 @@
 
 use clap::{CommandFactory as _, Parser as _};
 use penombre::cli::args::{Cli, Command, RenderArgs};
+use penombre::cli::args_bench::Study;
 use penombre::cli::args_reference::{PixelFilter, ReferenceArgs};
+use penombre::estimate::hemisphere::Method;
 use penombre::pass::UpdateMode;
+use penombre::refine::options::Priority;
 use penombre::scene::camera::ImageSize;
 use penombre::scene::{Display, ToneMapping};
 use std::path::PathBuf;
@@ -163,6 +166,43 @@ fn every_option_of_bench_arrives() {
     assert_eq!((args.json, args.cpu.threads, args.cpu.seed, args.cpu.verbosity.quiet), (true, Some(3), 5, true));
     let Ok(Command::Bench(args)) = parse("bench") else { panic!("no scene") };
     assert_eq!((args.scene, args.cpu.seed), (None, 0));
+}
+
+#[test]
+fn every_option_of_bench_convergence_arrives() {
+    let convergence = |options: &str| {
+        let line = format!("bench convergence s.toml --reference r.exr {options}");
+        match parse(&line) {
+            Ok(Command::Bench(args)) => match args.study {
+                Some(Study::Convergence(args)) => args,
+                None => panic!("{line}"),
+            },
+            other => panic!("{line}: {other:?}"),
+        }
+    };
+    let args = convergence(
+        "--camera c --time 2.5 --filtered --match-method --json --plot p.svg --threads 3 --seed 5 -q --min-pixels 0 \
+         --hemisphere paper --priority random --device llvm",
+    );
+    assert_eq!((args.scene, args.camera.as_deref()), ("s.toml".into(), Some("c")));
+    assert_eq!((args.reference, args.plot), ("r.exr".into(), Some("p.svg".into())));
+    assert_eq!((args.time, args.filtered, args.match_method), (Duration::from_millis(2500), true, true));
+    assert_eq!((args.json, args.cpu.threads, args.cpu.seed, args.cpu.verbosity.quiet), (true, Some(3), 5, true));
+    assert_eq!((args.refinement.min_pixels, args.device.device.as_deref()), (0.0, Some("llvm")));
+    assert_eq!((args.refinement.hemisphere, args.refinement.priority), (Method::Paper, Priority::Random));
+    let args = convergence("");
+    assert_eq!((args.time, args.filtered, args.plot), (Duration::from_secs(10), false, None));
+    for (line, part) in [
+        ("bench convergence s.toml", "--reference"),
+        ("bench convergence --reference r.exr", "SCENE"),
+        ("bench convergence s.toml --reference r.exr --plot p.png", ".svg"),
+        ("bench convergence s.toml --reference r.png", ".exr"),
+        ("bench convergence s.toml --reference r.exr --direct-only --match-method", "cannot be used with"),
+        ("bench s.toml --min-pixels 0", "--min-pixels"),
+    ] {
+        assert!(refused(line).contains(part), "{line}");
+    }
+    assert!(convergence("--plot r.exr.svg").check().is_ok());
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::args::DiffArgs;
 use super::verdict::{Shown, Verdict};
 use super::{Outcome, output};
 use crate::error::{Error, Result};
-use crate::image::metrics::{Epsilon, ZTest, compare, own_relmse, z_test};
+use crate::image::metrics::{Epsilon, ZTest, compare, own_noise, z_test};
 use crate::image::{FileFormat, atomic, error_picture, exr, flip, png};
 use crate::math::luminance;
 use crate::scene::camera::ImageSize;
@@ -127,7 +127,7 @@ fn judge(args: &DiffArgs, image: &Picture, reference: &Picture, selection: &Sele
         (a, b) => a.as_ref().or(b.as_ref()).cloned(),
     };
     let z: Option<ZTest> = variance.and_then(|v: Vec<Vec3>| z_test(&image.linear, &reference.linear, &v, mask));
-    let own_relmse = reference.variance.as_ref().and_then(|v| own_relmse(&reference.linear, v, mask, args.epsilon()));
+    let own = reference.variance.as_ref().and_then(|v| own_noise(&reference.linear, v, mask, args.epsilon()));
     let flip = (not_sampled == 0).then(|| {
         let [a, b] = [image, reference].map(|picture| codes(picture, display.as_ref()));
         flip::mean(&flip::error_map(&a, &b, image.size), mask).unwrap_or(0.0)
@@ -145,7 +145,7 @@ fn judge(args: &DiffArgs, image: &Picture, reference: &Picture, selection: &Sele
         rmse_over_mean: ratio(metrics.rmse, metrics.reference_mean),
         relmse: metrics.relmse,
         relmse_epsilon: args.epsilon().resolve(metrics.reference_mean),
-        own_relmse,
+        own_relmse: own.map(|noise| noise.relmse),
         flip,
         shown: display.as_ref().map(Shown::new),
         max: metrics.max,

@@ -4,6 +4,8 @@ pub mod args;
 pub mod args_bench;
 pub mod args_reference;
 pub mod bench;
+pub mod convergence;
+pub mod convergence_report;
 pub mod diff;
 pub mod info;
 pub mod interrupt;
