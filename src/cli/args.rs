@@ -32,6 +32,7 @@ Examples:
   penombre reference scene.toml -o ref.exr --filter point --spp 1024 --pixels 4000
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
   penombre bench scene.toml
+  penombre bench convergence scene.toml --reference ref.exr --plot errors.svg
   penombre info
 
 Exit status:
@@ -57,7 +58,7 @@ pub enum Command {
     Reference(ReferenceArgs),
     /// Measure how far an image is from a reference
     Diff(DiffArgs),
-    /// Measure speeds of rays, and errors of the hemisphere methods
+    /// Measure speeds of rays, errors of the hemisphere methods, convergence
     Bench(BenchArgs),
     /// List the Vulkan devices, what each lacks, and the formats that would be used
     Info(InfoArgs),
