@@ -245,6 +245,36 @@ fn the_back_of_a_lamp_is_dark() {
     assert!(image.mean.iter().all(|m| m.truncate() == Vec3::ZERO));
 }
 
+/// Two opposite sheets in one place, as exporters write double-sided lamps: both sides emit, however their light is found.
+#[test]
+fn both_sides_of_a_lamp_of_two_sheets_emit() {
+    let mut scene = Scene::default();
+    let grey = material(&mut scene, |m| m.kd = Vec3::splat(0.5));
+    let lamp = material(&mut scene, |m| (m.kd, m.ke) = (Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0)));
+    patch(&mut scene, Vec3::ZERO, Vec3::Z, Vec3::X, 1, grey);
+    patch(&mut scene, Vec3::Y, Vec3::X, Vec3::Z, 1, grey);
+    let corner = Vec3::new(0.3, 0.5, 0.3);
+    let mut triangles = patch(&mut scene, corner, Vec3::X * 0.4, Vec3::Z * 0.4, 1, lamp);
+    triangles.extend(patch(&mut scene, corner, Vec3::Z * 0.4, Vec3::X * 0.4, 1, lamp));
+    light(&mut scene, LightKind::Area { triangles });
+    let middle = Vec3::splat(0.5);
+    let mut walls = Vec::new();
+    for up in [1.0, -1.0] {
+        let onto_the_lamp = camera(middle + Vec3::Y * (0.4 * up), middle, 10.0);
+        let seen = render(&scene, &onto_the_lamp, FULL, 4, 14);
+        assert!(seen.mean.iter().all(|m| m.truncate() == Vec3::new(1.0, 2.0, 3.0)), "{}", seen.mean[0]);
+        let onto_the_wall = camera(middle + Vec3::Y * (0.1 * up), middle + Vec3::new(0.0, 0.5 * up, 0.01), 40.0);
+        walls.extend(
+            STRATEGIES.map(|strategy| estimate(&scene, &onto_the_wall, Settings { strategy, ..FULL }, 2048, 14)),
+        );
+    }
+    for wall in &walls[1..] {
+        walls[0].assert_agrees(*wall);
+    }
+    // k_d Ke F is 0.084 opposite the middle, with the form factor F of a point to a parallel square, and less around it.
+    assert!((0.076..0.084).contains(&walls[0].mean.x), "{:?}", walls[0]);
+}
+
 /// Direct and indirect irradiance of the Cornell box, from 3·10⁶ paths a point of another program.
 #[test]
 fn cornell_box_irradiances() {
