@@ -47,6 +47,7 @@ struct Slot {
 struct Leaf {
     uvec3 slots;
     uint face;
+    uint flat_slot; // whose value shows all over, or NONE
 };
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Positions { vec3 at[]; };

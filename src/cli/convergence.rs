@@ -87,6 +87,7 @@ fn engine_setup(args: &ConvergenceArgs, scene: &SceneArgs, display: Display) -> 
         engine: EngineArgs { threads: args.cpu.threads, seed: args.cpu.seed, deterministic: true },
         refinement: args.refinement,
         filter: args.filtered,
+        counted: true,
     }
 }
 

@@ -87,6 +87,7 @@ const fn engine_setup(args: &RenderArgs, display: Display) -> EngineSetup {
         engine: args.engine,
         refinement: args.refinement,
         filter: !args.no_filter,
+        counted: matches!(args.pixel_counts, PixelCounts::Histogram),
     }
 }
 

@@ -114,6 +114,8 @@ pub struct EngineSetup {
     pub refinement: RefinementArgs,
     /// Whether indirect light that is shown is filtered.
     pub filter: bool,
+    /// Whether the pixels of all triangles are counted.
+    pub counted: bool,
 }
 
 impl EngineSetup {
@@ -134,12 +136,13 @@ impl EngineSetup {
     }
 
     fn options(&self, scene: &Scene) -> Options {
-        let Self { size, display, engine, refinement, filter } = *self;
+        let Self { size, display, engine, refinement, filter, counted } = *self;
         let image = size.width.max(size.height) as f32;
         Options {
             seed: engine.seed,
             indirect: !refinement.direct_only,
             filter,
+            counted,
             hemisphere: refinement.hemisphere,
             priority: refinement.priority,
             min_pixels: refinement.min_pixels,

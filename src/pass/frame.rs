@@ -7,7 +7,7 @@ use super::renderer::Renderer;
 use super::scene_buffers::fitting_scale;
 use super::shared::FrameUniform;
 use crate::error::Result;
-use crate::refine::update::LeafId;
+use crate::refine::update::{LeafId, LeafPixels};
 use crate::scene::Display;
 use crate::vk::timestamp::PassTimes;
 
@@ -78,7 +78,7 @@ pub struct FrameStats {
 }
 
 impl FrameStats {
-    fn new(times: &PassTimes, patches: u32, plan: &Plan, counts: &[(LeafId, u32)]) -> Self {
+    fn new(times: &PassTimes, patches: u32, plan: &Plan, counts: &[LeafPixels]) -> Self {
         Self {
             visibility_ms: times.ms("visibility"),
             colour_ms: times.ms("colour"),
@@ -88,7 +88,7 @@ impl FrameStats {
             patches,
             leaves_drawn: plan.leaves_drawn,
             queries: counts.len() as u32,
-            query_pixels: counts.iter().map(|&(_, pixels)| u64::from(pixels)).sum(),
+            query_pixels: counts.iter().map(|leaf| u64::from(leaf.pixels)).sum(),
         }
     }
 }
@@ -118,7 +118,8 @@ impl Renderer {
         self.query_counts.clear();
         if let Some(queries) = &self.queries {
             let pixels = queries.read(plan.queried.len() as u32)?;
-            self.query_counts.extend(plan.queried.iter().map(|&(leaf, _)| LeafId(leaf)).zip(pixels));
+            let leaves = plan.queried.iter().map(|&(leaf, _)| LeafId(leaf));
+            self.query_counts.extend(leaves.zip(pixels).map(|(leaf, pixels)| LeafPixels { leaf, pixels, ray: None }));
         }
         Ok(FrameStats::new(&std::mem::take(&mut self.times), patches, &plan, &self.query_counts))
     }

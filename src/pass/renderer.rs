@@ -13,7 +13,7 @@ use super::targets::Targets;
 use super::visibility::{Visibility, count_pixels};
 use super::warm_up;
 use crate::error::Result;
-use crate::refine::update::{LeafId, Update};
+use crate::refine::update::{LeafPixels, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{FaceId, Scene};
 use crate::vk::buffer::BufferUse;
@@ -74,7 +74,7 @@ pub struct Renderer {
     histogram: Histogram,
     /// Where the device counts exactly.
     pub(super) queries: Option<OcclusionQueries>,
-    pub(super) query_counts: Vec<(LeafId, u32)>,
+    pub(super) query_counts: Vec<LeafPixels>,
     /// Passes run since the last frame's statistics.
     pub(super) times: PassTimes,
     /// Last, so that it goes after everything made from it.
@@ -236,12 +236,12 @@ impl Renderer {
         recording.pass("readback", |pass| read_back.record_leaf_ids(pass, targets));
         let times = recording.submit()?;
         self.times.extend(times);
-        Ok(self.histogram.count(self.read_back.ids()?, &self.face_ids, &self.mesh))
+        Ok(self.histogram.count((self.read_back.ids()?, &self.face_ids), &self.mesh, (&self.view, self.jitter)))
     }
 
     /// What the queries of the last frame counted, in the order drawn: leaves with the pixels that each was drawn to.
     #[must_use]
-    pub fn query_counts(&self) -> &[(LeafId, u32)] {
+    pub fn query_counts(&self) -> &[LeafPixels] {
         &self.query_counts
     }
 
