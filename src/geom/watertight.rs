@@ -52,9 +52,9 @@ impl Corners {
     #[must_use]
     #[inline]
     pub fn meet(&self, ray: &Shear, t_max: f32) -> Option<Meeting> {
-        let [x, y, z] = ray.order.map(|k| self.axes[k]);
-        let z = z - ray.origin[2];
-        let (x, y) = (x - ray.origin[0] - ray.factors[0] * z, y - ray.origin[1] - ray.factors[1] * z);
+        let along = |k: usize| self.axes[ray.order[k]] - ray.origin[k];
+        let z = along(2);
+        let (x, y) = (along(0) - ray.factors[0] * z, along(1) - ray.factors[1] * z);
         // Edge functions of the edges opposite corners 2, 0 and 1. Rounding keeps the order of the two products, so that only equal
         // ones can hide a sign.
         let mut edges = y * x.yzxw() - y.yzxw() * x;
