@@ -86,14 +86,13 @@ impl Shear {
     #[must_use]
     pub fn new(origin: Vec3, direction: Vec3) -> Self {
         let size = direction.abs();
-        let (order, turn): ([usize; 3], fn(Vec3) -> Vec3) = if size.x > size.y && size.x > size.z {
-            ([1, 2, 0], Vec3::yzx)
+        let (order, origin, direction) = if size.x > size.y && size.x > size.z {
+            ([1, 2, 0], origin.yzx(), direction.yzx())
         } else if size.y > size.z {
-            ([2, 0, 1], Vec3::zxy)
+            ([2, 0, 1], origin.zxy(), direction.zxy())
         } else {
-            ([0, 1, 2], |v| v)
+            ([0, 1, 2], origin, direction)
         };
-        let (origin, direction) = (turn(origin), turn(direction));
         let scale = direction.z.recip();
         let factors = [direction.x * scale, direction.y * scale, scale].map(Vec4::splat);
         Self { order, origin: origin.to_array().map(Vec4::splat), factors }
