@@ -1,7 +1,11 @@
 //! The command line: arguments and one file a subcommand.
 
 pub mod args;
+pub mod args_bench;
+pub mod args_reference;
 pub mod bench;
+pub mod convergence;
+pub mod convergence_report;
 pub mod diff;
 pub mod info;
 pub mod interrupt;
@@ -12,6 +16,7 @@ pub mod reference;
 pub mod render;
 pub mod scene;
 pub mod session;
+pub mod setup;
 pub mod stills;
 mod values;
 pub mod verdict;
