@@ -305,10 +305,14 @@ impl Cache {
         record.between = Some(between);
     }
 
-    /// The slots that lie between a slot and others.
-    pub fn between(&self, slot: SlotId) -> impl Iterator<Item = SlotId> + '_ {
-        let next = |&link: &u32| self.slots[link / 8].next_between[link as usize % 8];
-        std::iter::successors(self.slots[slot.0].first_between, next).map(|link| SlotId(link / 8))
+    /// The first of the slots that lie between a slot and others, with the link to the next.
+    pub(super) fn first_between(&self, slot: SlotId) -> Option<(SlotId, Option<u32>)> {
+        self.linked_between(self.slots[slot.0].first_between?)
+    }
+
+    /// The slot that a link of [`Self::first_between`] leads to, with the link to the next.
+    pub(super) fn linked_between(&self, link: u32) -> Option<(SlotId, Option<u32>)> {
+        Some((SlotId(link / 8), self.slots[link / 8].next_between[link as usize % 8]))
     }
 
     /// How a node's surface looks inside it.
@@ -437,7 +441,9 @@ impl Cache {
                 let before = |s: &SlotRecord, id: u32| (s.rank, id);
                 let order = before(&self.slots[other.0], other.0) < before(slot, i);
                 assert!(order, "slot {i}: predicted after those it lies between");
-                assert!(self.between(*other).any(|s| s.0 == i), "slot {i}: listed at those it lies between");
+                let next = |&(_, link): &(SlotId, Option<u32>)| self.linked_between(link?);
+                let mut between = std::iter::successors(self.first_between(*other), next);
+                assert!(between.any(|(s, _)| s.0 == i), "slot {i}: listed at those it lies between");
             }
             for leaf in self.leaves_of(SlotId(i)) {
                 let record = &self.leaves[leaf.0];

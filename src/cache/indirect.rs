@@ -10,7 +10,6 @@ use crate::geom::Hit;
 use crate::math::luminance;
 use crate::shade::lights::Lighting;
 use glam::Vec3;
-use smallvec::SmallVec;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::f32::consts::PI;
@@ -142,9 +141,12 @@ impl Cache {
             written.push(slot);
             let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
             self.slots[slot.0].indirect = Light { covered, ..self.indirect_light(slot, eye) };
-            let unsampled = |s: &SlotId| !self.indirect.is_sampled(*s);
-            let next: SmallVec<[SlotId; 8]> = self.between(slot).filter(unsampled).collect();
-            for next in next {
+            let mut link = self.first_between(slot);
+            while let Some((next, following)) = link {
+                link = following.and_then(|link| self.linked_between(link));
+                if self.indirect.is_sampled(next) {
+                    continue;
+                }
                 if self.slots[next.0].is_base() && !predictions {
                     if !std::mem::replace(&mut self.slots[next.0].waits, true) {
                         self.indirect.waiting.push(next);

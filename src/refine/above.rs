@@ -6,9 +6,6 @@ use crate::cache::dynamic::SlotId;
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 
-/// Predictions, or vertices looked at, that count for a ray.
-const PREDICTIONS_A_RAY: u64 = 2;
-
 impl Engine {
     /// Takes the visible base vertices that are not yet in the order into it.
     pub(super) fn place_above(&mut self) {
@@ -54,7 +51,8 @@ impl Engine {
     /// Brings predictions up to date where enough rays were traced for that to cost little beside them.
     pub(super) fn refresh_predictions_in_time(&mut self) {
         let waiting = self.cache.waiting_predictions();
-        let cost = (waiting + self.base.len()) as u64 / PREDICTIONS_A_RAY;
+        // A prediction costs about as much as a ray.
+        let cost = (waiting + self.base.len()) as u64;
         if waiting > 0 && self.stats.rays - self.predicted_at >= cost {
             self.spread_reach();
             self.refresh_predictions();
