@@ -21,6 +21,7 @@
 pub mod bench;
 pub mod cache;
 pub mod cli;
+pub mod compare;
 pub mod error;
 pub mod estimate;
 pub mod geom;

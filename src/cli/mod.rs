@@ -2,17 +2,21 @@
 
 pub mod args;
 pub mod bench;
+pub mod compare;
 pub mod diff;
 pub mod info;
 pub mod interrupt;
 pub mod output;
 pub mod pictures;
 pub mod progress;
+mod recording;
 pub mod reference;
+mod refinement;
 pub mod render;
 pub mod scene;
 pub mod session;
 pub mod stills;
+mod tilts;
 mod values;
 pub mod verdict;
 pub mod yardstick;
@@ -73,6 +77,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
     interrupt::install()?;
     match command {
         Command::Render(args) => render::run(args, start),
+        Command::Compare(args) => compare::run(args, start),
         Command::Reference(args) => reference::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Bench(args) => bench::run(args),

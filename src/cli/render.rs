@@ -6,15 +6,14 @@ use super::progress::Progress;
 use super::session::{Ended, Session};
 use super::stills::Shot;
 use super::yardstick::Yardstick;
-use super::{Outcome, interrupt, output, scene, stills};
+use super::{Outcome, interrupt, output, refinement, scene, stills};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::image::exr::{RgbImage, read_rgb};
 use crate::image::film;
 use crate::log::summary::Summary;
-use crate::pass::{Renderer, UpdateMode};
+use crate::pass::{Renderer, RendererOptions, UpdateMode};
 use crate::refine::engine::{Engine, Visible};
-use crate::refine::options::Options;
 use crate::refine::thread::{EngineThread, Pace};
 use crate::refine::workers::Workers;
 use crate::scene::camera::View;
@@ -111,12 +110,15 @@ impl Drop for Opening {
 
 fn open_gpu(args: &RenderArgs) -> Result<Opening> {
     let options = DeviceOptions { device: args.device.device.clone(), validation: None };
-    let size = args.scene.size;
+    let (size, depth, atomic_counts) = (args.scene.size, args.depth, args.pixel_counts == PixelCounts::Atomic);
+    // `id` is what the stencil modes fall back to.
+    let modes = if args.update == UpdateMode::Id { vec![args.update] } else { vec![args.update, UpdateMode::Id] };
     let thread = spawn("penombre-gpu-setup", move || {
         let start = Instant::now();
         let device = Device::new(&options)?;
         let device_seconds = start.elapsed().as_secs_f64();
-        let renderer = Renderer::new(device, size)?;
+        let options = RendererOptions { depth: depth.on(&device)?, modes, count_writes: false, atomic_counts };
+        let renderer = Renderer::with_options(device, size, options)?;
         let pipeline_seconds = start.elapsed().as_secs_f64() - device_seconds;
         Ok(Gpu { renderer, device_seconds, pipeline_seconds })
     })?;
@@ -145,7 +147,7 @@ fn start_engine(args: &RenderArgs, scene: &Arc<Scene>, hierarchy: Hierarchy) -> 
     let no_threads = |e: &dyn std::fmt::Display| Error::Exhausted(format!("cannot start threads: {e}"));
     let workers = Workers::new(thread_count(args.engine.threads)).map_err(|e| no_threads(&e))?;
     let pace = if args.engine.deterministic { Pace::Stepped } else { Pace::Free };
-    let (scene, options) = (Arc::clone(scene), refinement_options(args, scene));
+    let (scene, options) = (Arc::clone(scene), refinement::options(args, scene));
     EngineThread::spawn(pace, move || {
         // A panic of the builder has ended the process in the panic hook; an empty tree never gets used.
         let bvh = hierarchy.thread.join().unwrap_or_else(|_| Bvh::build(&Scene::default()));
@@ -153,33 +155,6 @@ fn start_engine(args: &RenderArgs, scene: &Arc<Scene>, hierarchy: Hierarchy) -> 
     })
     .map_err(|e| no_threads(&e))
 }
-
-fn refinement_options(args: &RenderArgs, scene: &Scene) -> Options {
-    let display = args.output.display(&scene.display);
-    let image = args.scene.size.width.max(args.scene.size.height) as f32;
-    let refinement = &args.refinement;
-    Options {
-        seed: args.engine.seed,
-        indirect: !refinement.direct_only,
-        filter: !refinement.no_filter,
-        hemisphere: refinement.hemisphere,
-        priority: refinement.priority,
-        min_pixels: refinement.min_pixels,
-        contrast: refinement.contrast,
-        // What covers a few pixels where the whole scene fills the image; nearer to the eye, what does so there.
-        shadow_size: refinement.shadow_size.unwrap_or(scene.diagonal() * SHADOW_PIXELS / image),
-        shadow_pixels: refinement.shadow_size.map_or(SHADOW_AREA, |_| f32::INFINITY),
-        white: (-display.exposure).exp2(),
-        tolerance: TOLERANCE,
-    }
-}
-
-/// Default size of the smallest shadow wanted, pixels.
-const SHADOW_PIXELS: f32 = 12.0;
-/// Default pixels of the largest leaf that may hide a shadow: half a square of that size.
-const SHADOW_AREA: f32 = SHADOW_PIXELS * SHADOW_PIXELS / 2.0;
-/// Error of a pixel against the image's mean at which refinement ends.
-const TOLERANCE: f32 = 2.5e-4;
 
 fn spawn<T: Send + 'static>(name: &str, work: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>> {
     let spawned = std::thread::Builder::new().name(name.to_owned()).spawn(work);
@@ -194,7 +169,7 @@ fn join<T>(thread: JoinHandle<T>) -> Result<T> {
 fn fallbacks(args: &RenderArgs, renderer: &Renderer) -> Vec<String> {
     let device = &renderer.device().report().name;
     let inexact = args.pixel_counts == PixelCounts::Query && !renderer.device().report().precise_queries;
-    let unequal = args.update == UpdateMode::Stencil && !renderer.stencil_works();
+    let unequal = args.update.needs_stencil() && !renderer.stencil_works();
     let cases = [
         (inexact, "counts no pixels exactly by query: --pixel-counts histogram is used"),
         (unequal, "does not redraw triangles at equal depth: --update id is used"),

@@ -1,5 +1,9 @@
 //! What was typed: one struct a subcommand, put together from groups of options that several share.
 
+mod compare;
+mod depth;
+mod diff;
+
 use super::pictures::numbered;
 use super::values;
 use crate::error::{Error, Result};
@@ -14,6 +18,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+pub use compare::{CompareArgs, CompareLimits, Tilt};
+pub use depth::DepthArgs;
+pub use diff::{DiffArgs, LimitArgs};
+
 /// Heading of the options about drawing.
 const GPU: &str = "GPU";
 /// Heading of the options about what is said and logged.
@@ -24,13 +32,14 @@ Examples:
   penombre render scene.toml -o image.png --time 10
   penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
   penombre render scene.toml -o walk_####.png --camera-path walk.toml --error 0.05
+  penombre compare scene.toml --out report
   penombre reference scene.toml -o ref.exr --filter point --spp 1024
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
   penombre bench scene.toml
   penombre info
 
 Exit status:
-  0 done    1 diff: a limit was exceeded    2 bad usage or input
+  0 done    1 diff, compare: a limit was exceeded    2 bad usage or input
   3 no usable Vulkan device    4 device lost or out of memory    70 internal error
   130 interrupted (the outputs are written all the same)";
 
@@ -48,6 +57,8 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to files, progressively, until a budget is spent
     Render(RenderArgs),
+    /// Replay one refinement in several update modes and report their artefacts and cost
+    Compare(CompareArgs),
     /// Path-trace a scene on the CPU, without any cache: the yardstick
     Reference(ReferenceArgs),
     /// Measure how far an image is from a reference
@@ -84,6 +95,9 @@ pub struct RenderArgs {
     /// How changed lighting is redrawn
     #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,
+    /// How depth is kept.
+    #[command(flatten)]
+    pub depth: DepthArgs,
     /// How the pixels of triangles are counted, which steers refinement
     #[arg(long, value_name = "HOW", default_value = "histogram", help_heading = GPU)]
     pub pixel_counts: PixelCounts,
@@ -302,6 +316,8 @@ pub enum PixelCounts {
     Histogram,
     /// The largest changed ones, by occlusion queries
     Query,
+    /// The changed ones as they are drawn, by counters
+    Atomic,
     /// Not at all
     Off,
 }
@@ -313,56 +329,6 @@ pub enum PixelFilter {
     Point,
     /// Uniformly over the pixel
     Box,
-}
-
-/// Options of `diff`.
-#[derive(Args, Debug)]
-pub struct DiffArgs {
-    /// Image to judge: .exr (radiance) or .png (as displayed)
-    #[arg(value_name = "A", value_parser = values::image_path)]
-    pub image: PathBuf,
-    /// Reference of the same kind and size; its `mask` channel says which pixels count
-    #[arg(value_name = "B", value_parser = values::image_path)]
-    pub reference: PathBuf,
-    /// Count only pixels that are half white or brighter in this picture
-    #[arg(long, value_name = "FILE.png", value_parser = values::png_path)]
-    pub mask: Option<PathBuf>,
-    /// Picture of the signed relative error: red too bright, blue too dark; white 0.1 %, full colour 100 %
-    #[arg(short = 'o', long = "output", value_name = "DIFF.png", value_parser = values::png_path)]
-    pub output: Option<PathBuf>,
-    /// Print the measures as JSON
-    #[arg(long)]
-    pub json: bool,
-    /// relMSE with this constant in d²/(r² + E) [default: 0.01 × the reference's mean²]
-    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = values::positive)]
-    pub epsilon_absolute: Option<f32>,
-    /// Exposure of the images that FLIP compares [default: the reference's mean luminance becomes 0.18]
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = values::stops)]
-    pub exposure: Option<f32>,
-    /// Tone-mapping operator of the images that FLIP compares [default: aces]
-    #[arg(long, value_name = "OPERATOR", value_parser = values::tone_mapping())]
-    pub tone_mapping: Option<ToneMapping>,
-    /// When to fail.
-    #[command(flatten)]
-    pub limits: LimitArgs,
-}
-
-/// Limits of `diff`.
-#[derive(Args, Clone, Copy, Debug, Default)]
-#[command(next_help_heading = "Limits (exit status 1 when one is exceeded)")]
-pub struct LimitArgs {
-    /// Root mean square error
-    #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
-    pub max_rmse: Option<f64>,
-    /// Relative mean square error
-    #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
-    pub max_relmse: Option<f64>,
-    /// Mean FLIP error
-    #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
-    pub max_flip: Option<f64>,
-    /// Mean of A − B, whatever its sign
-    #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
-    pub max_mean_shift: Option<f64>,
 }
 
 /// Options of `bench`.
