@@ -4,9 +4,11 @@
 mod support;
 
 use glam::Vec3;
+use penombre::cache::inner::weights_on_ray;
 use penombre::pass::{FrameOptions, Renderer, UpdateMode};
-use penombre::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
+use penombre::refine::update::{Leaf, LeafId, LeafPixels, Patch, Slot, SlotId, Update};
 use penombre::scene::{Display, FaceId, Scene};
+use std::collections::HashMap;
 use support::*;
 
 const FULL: FrameOptions =
@@ -34,7 +36,7 @@ fn painted(faces: &[Painted]) -> Update {
             let slots = [0, 1, 2].map(|k| SlotId(3 * id + k));
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: diffuse * 0.5 };
             update.slots.extend(slots.into_iter().zip(corners.map(slot)));
-            update.leaves.push((LeafId(id), Leaf { slots, face: *face, level: 0 }));
+            update.leaves.push((LeafId(id), Leaf { slots, face: *face, level: 0, flat: None }));
             update.patch_leaves.push(LeafId(id));
         }
         update.patches.push(Patch { face: *face, old: start..start, new: start..update.leaves.len() as u32 });
@@ -151,11 +153,50 @@ fn pixels_are_counted_as_the_images_show_them() {
         let expected = (0..).map(LeafId).zip(expected).filter(|c| c.1 > 0);
         assert!(counts.leaves.len() > 800, "{}", counts.leaves.len());
         // Pixels that no leaf covers show the value of another: few, and told.
-        let missing: u32 = expected.clone().map(|c| c.1).sum::<u32>() - counts.leaves.iter().map(|c| c.1).sum::<u32>();
+        let missing: u32 =
+            expected.clone().map(|c| c.1).sum::<u32>() - counts.leaves.iter().map(|c| c.pixels).sum::<u32>();
         assert!(missing <= counts.uncovered, "{missing} {}", counts.uncovered);
-        let differing = expected.filter(|c| !counts.leaves.contains(c)).count();
+        let known: HashMap<LeafId, u32> = counts.leaves.iter().map(|c| (c.leaf, c.pixels)).collect();
+        let differing = expected.filter(|(leaf, pixels)| known.get(leaf) != Some(pixels)).count();
         assert!(differing <= counts.uncovered as usize, "{differing}");
+        let view = view_of(&scene, 200, 150);
+        let mut first = HashMap::new();
+        for (at, (&leaf, &face)) in layers.leaf_id.iter().zip(&layers.face_id).enumerate().rev() {
+            let leaf = leaf.checked_sub(1).map(LeafId).filter(|l| update.leaves[l.0 as usize].1.face.0 + 1 == face);
+            first.extend(leaf.map(|leaf| (leaf, at)));
+        }
+        for LeafPixels { leaf, ray, .. } in &counts.leaves {
+            let centre = view.size.centre_of(first[leaf]);
+            assert_eq!(*ray, Some(view.direction(centre)), "{leaf:?}: the ray of its first pixel");
+            let corners = update.leaves[leaf.0 as usize].1.slots.map(|slot| update.slots[slot.0 as usize].1.position);
+            let weights = weights_on_ray(corners, view.eye, view.direction(centre)).unwrap();
+            let hit: Vec3 = (0..3).map(|i| corners[i] * weights[i]).sum();
+            let off = (hit - view.eye).normalize().distance(view.direction(centre).normalize());
+            assert!(off < 1e-4, "{leaf:?}: the pixel's ray passes through it, {off}");
+        }
         println!("{} leaves, {} pixels uncovered", counts.leaves.len(), counts.uncovered);
+    });
+}
+
+#[test]
+fn a_flat_leaf_shows_one_value() {
+    with_renderer(|renderer| {
+        let scene = roof(0.2);
+        let visible = faces(&show(renderer, &scene, 64, 48));
+        let mut update = base_update(&scene, visible.iter().copied(), false, |_, p| lit(p));
+        let value = Vec3::new(7.0, 5.0, 3.0);
+        update.slots.push((SlotId(100), Slot { diffuse: value, specular: value * 2.0, ..lit(Vec3::ONE * 1e3) }));
+        update.leaves[0].1.flat = Some(SlotId(100));
+        let flat = update.leaves[0].1.face;
+        renderer.apply(&update).unwrap();
+        renderer.frame(&FULL).unwrap();
+        let layers = renderer.read_layers().unwrap();
+        let ids = &layers.face_id;
+        let of = |face: FaceId| (0..ids.len()).filter(move |&i| ids[i] == face.0 + 1);
+        assert!(of(flat).count() > 100);
+        let is = |shown: [f32; 3], value: Vec3| Vec3::from(shown).abs_diff_eq(value, 0.01);
+        assert!(of(flat).all(|i| is(layers.d[i], value) && is(layers.s[i], value * 2.0)));
+        assert!(of(visible[1]).all(|i| is(layers.d[i], Vec3::ONE)));
     });
 }
 
@@ -174,7 +215,7 @@ fn split_update(leaves: &[KnownLeaf], next: &mut Vec<KnownLeaf>, free: &mut u32)
             let diffuse = Vec3::splat(1.0 + noise(id.0));
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO };
             update.slots.extend(slots.into_iter().zip(part.map(slot)));
-            update.leaves.push((id, Leaf { slots, face, level: 0 }));
+            update.leaves.push((id, Leaf { slots, face, level: 0, flat: None }));
             update.patch_leaves.push(id);
             next.push((id, face, part));
         }
@@ -208,7 +249,7 @@ fn queries_count_what_the_image_shows() {
                     for id in renderer.read_layers().unwrap().leaf_id.into_iter().filter(|&id| id > first) {
                         shown[(id - 1 - first) as usize] += 1;
                     }
-                    for (leaf, count) in &counted {
+                    for LeafPixels { leaf, pixels: count, .. } in &counted {
                         assert_eq!(*count, shown[(leaf.0 - first) as usize], "{update_mode:?}, leaf {leaf:?}");
                     }
                     pixels += stats.query_pixels;
@@ -239,7 +280,7 @@ fn the_largest_patches_are_queried_within_the_budget() {
         let mut next = Vec::new();
         renderer.apply(&split_update(&leaves, &mut next, &mut 100)).unwrap();
         renderer.frame(&FrameOptions { queries: 18, ..PATCHES }).unwrap();
-        let counted: Vec<LeafId> = renderer.query_counts().iter().map(|c| c.0).collect();
+        let counted: Vec<LeafId> = renderer.query_counts().iter().map(|c| c.leaf).collect();
         // Room for four patches: the two widest quads, of two faces each.
         let wide = next.iter().filter(|(_, face, _)| face.triangle().0 >= 8);
         assert_eq!(counted.len(), 16);

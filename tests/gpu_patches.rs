@@ -77,6 +77,7 @@ impl Twins {
             seed: 1,
             priority: Priority::Error,
             min_pixels: 3.0,
+            counted: true,
             contrast: 0.02,
             shadow_size: 0.05,
             shadow_pixels: f32::INFINITY,
@@ -213,7 +214,7 @@ impl ByHand {
             let diffuse = Vec3::splat(1.0 + self.leaves as f32);
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO };
             update.slots.extend(slots.into_iter().zip(corners.map(slot)));
-            update.leaves.push((LeafId(self.leaves), Leaf { slots, face, level: 0 }));
+            update.leaves.push((LeafId(self.leaves), Leaf { slots, face, level: 0, flat: None }));
             update.patch_leaves.push(LeafId(self.leaves));
             self.leaves += 1;
         }

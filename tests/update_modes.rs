@@ -7,7 +7,7 @@ use glam::Vec3;
 use penombre::pass::{
     Depth, DepthFormat, DepthOrder, FrameOptions, LuminanceLayers, Renderer, RendererOptions, UpdateMode,
 };
-use penombre::refine::update::LeafId;
+use penombre::refine::update::{LeafId, LeafPixels};
 use penombre::scene::Scene;
 use penombre::scene::camera::ImageSize;
 use penombre::vk::Device;
@@ -124,6 +124,10 @@ fn what_a_device_lacks_is_named() {
     finish(device);
 }
 
+fn pixels_of(counted: &[LeafPixels]) -> HashMap<LeafId, u32> {
+    counted.iter().map(|leaf| (leaf.leaf, leaf.pixels)).collect()
+}
+
 #[test]
 fn queries_counters_and_histogram_agree() {
     let Some(device) = device() else { return };
@@ -143,9 +147,9 @@ fn queries_counters_and_histogram_agree() {
         let new: Vec<LeafId> = update.leaves.iter().map(|&(leaf, _)| leaf).collect();
         renderer.apply(&update).unwrap();
         let stats = renderer.frame(&FrameOptions { queries: 1000, ..patches(mode) }).unwrap();
-        let queried: HashMap<LeafId, u32> = renderer.query_counts().iter().copied().collect();
-        let counted: HashMap<LeafId, u32> = renderer.atomic_counts().iter().copied().collect();
-        let histogram: HashMap<LeafId, u32> = renderer.leaf_counts().unwrap().leaves.into_iter().collect();
+        let queried: HashMap<LeafId, u32> = pixels_of(renderer.query_counts());
+        let counted: HashMap<LeafId, u32> = pixels_of(renderer.atomic_counts());
+        let histogram: HashMap<LeafId, u32> = pixels_of(&renderer.leaf_counts().unwrap().leaves);
         assert!(new.len() > 500 && counted.len() == new.len(), "{} {}", new.len(), counted.len());
         assert_eq!(queried.len(), stats.queries as usize);
         assert!(mode == UpdateMode::Lookup || !queried.is_empty());

@@ -47,6 +47,7 @@ struct Slot {
 struct Leaf {
     uvec3 slots;
     uint face;
+    uint flat_slot; // whose value shows all over, or NONE
 };
 
 // A node of a face's tree (src/pass/lookup.rs): the first of its four children, or NONE, and then its triangles.

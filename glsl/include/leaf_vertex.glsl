@@ -9,8 +9,10 @@ void set_leaf_vertex() {
     leaf = frame.leaf_list.at[uint(gl_VertexIndex) / 3u];
     uint slot = frame.leaves.at[leaf].slots[uint(gl_VertexIndex) % 3u];
     face = frame.leaves.at[leaf].face;
-    weight = frame.slots.at[slot].weight;
-    weighted_diffuse = weight * frame.slots.at[slot].diffuse;
-    weighted_specular = weight * frame.slots.at[slot].specular;
+    uint flat_slot = frame.leaves.at[leaf].flat_slot;
+    uint shown = flat_slot == NONE ? slot : flat_slot;
+    weight = frame.slots.at[shown].weight;
+    weighted_diffuse = weight * frame.slots.at[shown].diffuse;
+    weighted_specular = weight * frame.slots.at[shown].specular;
     set_position(frame.slots.at[slot].position);
 }

@@ -79,7 +79,8 @@ Found find() {
 
 // Its luminance.
 void write_found(Found found) {
-    uvec3 slots = frame.leaves.at[found.leaf].slots;
+    Leaf leaf = frame.leaves.at[found.leaf];
+    uvec3 slots = leaf.flat_slot == NONE ? leaf.slots : uvec3(leaf.flat_slot);
     vec3 diffuse = vec3(0.0);
     vec3 specular = vec3(0.0);
     float weight = 0.0;

@@ -34,6 +34,8 @@ pub enum Wanted {
         /// Whether it is small enough to take agreeing corners' word for it.
         small: bool,
     },
+    /// First visit of a vertex inside a leaf.
+    Inner,
     /// All lights not traced or inferred yet.
     Settle,
     /// One light, traced closely because another vertex sees it otherwise.
@@ -88,6 +90,8 @@ pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
     match job.wanted {
         Wanted::Strongest => first_visit(world, cache, job.vertex, None, out),
         Wanted::Midpoint { node, small } => first_visit(world, cache, job.vertex, Some((node, small)), out),
+        // The camera sees it: nothing covers it.
+        Wanted::Inner => first_lights(world, cache, job.vertex, None, out),
         Wanted::Settle => {
             let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
             for light in 0..world.lights.sources.len() as u32 {

@@ -28,6 +28,16 @@ pub struct Leaf {
     pub face: FaceId,
     /// Splits above its node.
     pub level: u8,
+    /// The vertex whose value it shows all over instead of interpolating, if it shows in one pixel only and that has been
+    /// sampled.
+    pub flat: Option<SlotId>,
+}
+
+impl Leaf {
+    /// Every slot that it is drawn with.
+    pub fn all_slots(&self) -> impl Iterator<Item = SlotId> + use<> {
+        self.slots.into_iter().chain(self.flat)
+    }
 }
 
 /// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows what
@@ -36,7 +46,7 @@ pub struct Leaf {
 pub const COVERED_WEIGHT: f32 = 4e-3;
 
 /// One shading normal (and exponent) of a vertex, with the luminance shown there.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct SlotRecord {
     /// The vertex whose samples it shares.
     pub vertex: VertexId,
@@ -52,13 +62,23 @@ pub struct SlotRecord {
     pub direct: Light,
     /// Indirect light.
     pub indirect: Light,
-    /// First leaf corner that uses it, `leaf * 3 + corner`, linked through [`LeafRecord::next_use`].
+    /// First use by a leaf, `leaf * 4 + place`, linked through [`LeafRecord::next_use`].
     first_use: Option<u32>,
-    /// The slots at the ends of the edge that it is the middle of, whose mean predicts it.
-    pub ends: Option<[SlotId; 2]>,
-    /// First slot that lies between this one and another, `slot * 2 + end`, linked through `next_between`.
+    /// The slots that it lies between, unless it is a base vertex's.
+    pub between: Option<Between>,
+    /// First slot that lies between this one and others, `slot * 3 + place`, linked through `next_between`.
     first_between: Option<u32>,
-    next_between: [Option<u32>; 2],
+    next_between: [Option<u32>; 3],
+}
+
+/// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, or the corners of the
+/// leaf that it lies inside.
+#[derive(Clone, Debug)]
+pub struct Between {
+    /// The slots, older than the one between them.
+    pub slots: SmallVec<[SlotId; 3]>,
+    /// Their barycentric weights.
+    pub weights: [f32; 3],
 }
 
 /// Luminance at a slot from the lights or from everything else.
@@ -101,7 +121,7 @@ pub struct LeafRecord {
     pub node: NodeId,
     /// The last batch that redrew it.
     pub batch: u32,
-    next_use: [Option<u32>; 3],
+    next_use: [Option<u32>; 4],
 }
 
 /// Everything that the engine thread owns: vertices, hierarchy, static meshes, dynamic mesh.
@@ -121,7 +141,7 @@ pub struct Cache {
     pub leaves: Pool<LeafRecord>,
     names: FxHashMap<VertexName, VertexId>,
     roots: FxHashMap<FaceId, NodeId>,
-    diagonal: f32,
+    pub(super) diagonal: f32,
 }
 
 /// What a split created.
@@ -185,7 +205,7 @@ impl Cache {
     }
 
     /// The slot of a vertex with the given normal and exponent, added if there is none.
-    fn slot(&mut self, vertex: VertexId, look: Look) -> SlotId {
+    pub(super) fn slot(&mut self, vertex: VertexId, look: Look) -> SlotId {
         let Look { normal, shininess, mirror } = look;
         // Coplanar facets may differ in the last bits of their normals; 1e-6 is 0.08°.
         let same = |&slot: &SlotId| {
@@ -204,9 +224,9 @@ impl Cache {
             direct: Light::default(),
             indirect: Light::default(),
             first_use: None,
-            ends: None,
+            between: None,
             first_between: None,
-            next_between: [None; 2],
+            next_between: [None; 3],
         }));
         self.vertices[vertex.0].first_slot = Some(slot);
         slot
@@ -237,25 +257,33 @@ impl Cache {
         let normal = (a.normal + b.normal).normalize_or(a.normal);
         let look = Look { normal, shininess: a.shininess, mirror: a.mirror };
         let slot = self.slot(vertex, look);
-        if self.slots[slot.0].ends.is_none() {
-            self.note_between(slot, ends);
+        if self.slots[slot.0].between.is_none() {
+            self.note_between(slot, Between { slots: ends.into_iter().collect(), weights: [0.5, 0.5, 0.0] });
         }
         Some(slot)
     }
 
-    /// Notes that a new slot lies midway between two others.
-    fn note_between(&mut self, slot: SlotId, ends: [SlotId; 2]) {
-        self.slots[slot.0].ends = Some(ends);
-        for (at, end) in (0..).zip(ends) {
-            let previous = self.slots[end.0].first_between.replace(slot.0 * 2 + at);
+    /// Notes that a new slot lies between others.
+    pub(super) fn note_between(&mut self, slot: SlotId, between: Between) {
+        for (at, other) in (0..).zip(&between.slots) {
+            let previous = self.slots[other.0].first_between.replace(slot.0 * 3 + at);
             self.slots[slot.0].next_between[at as usize] = previous;
         }
+        self.slots[slot.0].between = Some(between);
     }
 
-    /// The slots that lie midway between a slot and another.
+    /// The slots that lie between a slot and others.
     pub fn between(&self, slot: SlotId) -> impl Iterator<Item = SlotId> + '_ {
-        let next = |&link: &u32| self.slots[link / 2].next_between[link as usize % 2];
-        std::iter::successors(self.slots[slot.0].first_between, next).map(|link| SlotId(link / 2))
+        let next = |&link: &u32| self.slots[link / 3].next_between[link as usize % 3];
+        std::iter::successors(self.slots[slot.0].first_between, next).map(|link| SlotId(link / 3))
+    }
+
+    /// How a node's surface looks inside it.
+    pub(super) fn inner_look(&self, id: NodeId, weights: [f32; 3]) -> Look {
+        let corners = self.topology.nodes[id.0].corners.map(|slot| &self.slots[slot.0]);
+        let [a, ..] = corners;
+        let sum: Vec3 = corners.iter().zip(weights).map(|(corner, weight)| corner.normal * weight).sum();
+        Look { normal: sum.normalize_or(a.normal), shininess: a.shininess, mirror: a.mirror }
     }
 
     /// The triangles that draw a leaf through the midpoints on its edges, so that no crack or kink shows (method 3).
@@ -282,14 +310,14 @@ impl Cache {
         }
     }
 
-    /// Adds a drawn triangle of a node.
-    pub fn add_leaf(&mut self, slots: [SlotId; 3], node: NodeId) -> LeafId {
+    /// Adds a drawn triangle of a node, which shows the value of `flat` all over if that is given.
+    pub fn add_leaf(&mut self, slots: [SlotId; 3], flat: Option<SlotId>, node: NodeId) -> LeafId {
         let Node { face, level, .. } = self.topology.nodes[node.0];
-        let record = LeafRecord { leaf: Leaf { slots, face, level }, node, batch: 0, next_use: [None; 3] };
-        let id = LeafId(self.leaves.insert(record));
-        for (corner, slot) in (0..).zip(slots) {
-            let previous = self.slots[slot.0].first_use.replace(id.0 * 3 + corner);
-            self.leaves[id.0].next_use[corner as usize] = previous;
+        let leaf = Leaf { slots, face, level, flat };
+        let id = LeafId(self.leaves.insert(LeafRecord { leaf, node, batch: 0, next_use: [None; 4] }));
+        for (place, slot) in (0..).zip(leaf.all_slots()) {
+            let previous = self.slots[slot.0].first_use.replace(id.0 * 4 + place);
+            self.leaves[id.0].next_use[place as usize] = previous;
         }
         id
     }
@@ -297,16 +325,16 @@ impl Cache {
     /// Takes a drawn triangle out of use. Its index must not be recycled before the GPU has drawn what replaces it:
     /// the caller gives it back with [`Pool::remove`] then.
     pub fn retire_leaf(&mut self, id: LeafId) {
-        for corner in 0..3_u32 {
-            let (wanted, slot) = (id.0 * 3 + corner, self.leaves[id.0].leaf.slots[corner as usize]);
-            let next = self.leaves[id.0].next_use[corner as usize];
+        let leaf = self.leaves[id.0].leaf;
+        for (place, slot) in (0..).zip(leaf.all_slots()) {
+            let (wanted, next) = (id.0 * 4 + place, self.leaves[id.0].next_use[place as usize]);
             if self.slots[slot.0].first_use == Some(wanted) {
                 self.slots[slot.0].first_use = next;
                 continue;
             }
             let mut usage = self.slots[slot.0].first_use;
             while let Some(u) = usage {
-                let link = &mut self.leaves[u / 3].next_use[u as usize % 3];
+                let link = &mut self.leaves[u / 4].next_use[u as usize % 4];
                 if *link == Some(wanted) {
                     *link = next;
                     break;
@@ -323,8 +351,8 @@ impl Cache {
 
     /// The drawn triangles that use a slot.
     pub fn leaves_of(&self, slot: SlotId) -> impl Iterator<Item = LeafId> + '_ {
-        let next = |&usage: &u32| self.leaves[usage / 3].next_use[usage as usize % 3];
-        std::iter::successors(self.slots[slot.0].first_use, next).map(|usage| LeafId(usage / 3))
+        let next = |&usage: &u32| self.leaves[usage / 4].next_use[usage as usize % 4];
+        std::iter::successors(self.slots[slot.0].first_use, next).map(|usage| LeafId(usage / 4))
     }
 
     /// The vertices at a node's corners.
@@ -372,13 +400,13 @@ impl Cache {
             let slot = &self.slots[i];
             assert!(self.slots_of(slot.vertex).any(|s| s.0 == i), "slot {i} is listed at its vertex");
             assert!((slot.normal.length() - 1.0).abs() < 1e-3, "slot {i}: unit normal");
-            for end in slot.ends.into_iter().flatten() {
-                assert!(end.0 < i, "slot {i}: made after the ends of its edge");
-                assert!(self.between(end).any(|s| s.0 == i), "slot {i}: listed at the ends of its edge");
+            for other in slot.between.iter().flat_map(|between| &between.slots) {
+                assert!(other.0 < i, "slot {i}: made after those it lies between");
+                assert!(self.between(*other).any(|s| s.0 == i), "slot {i}: listed at those it lies between");
             }
             for leaf in self.leaves_of(SlotId(i)) {
                 let record = &self.leaves[leaf.0];
-                assert!(record.leaf.slots.contains(&SlotId(i)), "slot {i}: leaf {leaf:?} uses it");
+                assert!(record.leaf.all_slots().any(|slot| slot.0 == i), "slot {i}: leaf {leaf:?} uses it");
                 let drawn = &self.topology.nodes[record.node.0].drawn;
                 assert!(drawn.contains(&leaf), "leaf {leaf:?} is drawn by its node");
             }
@@ -388,10 +416,10 @@ impl Cache {
 
 /// What facets must have in common to share a slot.
 #[derive(Clone, Copy, Debug)]
-struct Look {
-    normal: Vec3,
-    shininess: Option<f32>,
-    mirror: bool,
+pub(super) struct Look {
+    pub(super) normal: Vec3,
+    pub(super) shininess: Option<f32>,
+    pub(super) mirror: bool,
 }
 
 /// Shading normal and gloss of a triangle's corner at `position`, on the given side.

@@ -32,7 +32,7 @@ struct Estimate {
 impl Cache {
     /// A midpoint's light from its own rays and from the ends of its edge.
     pub(super) fn combined(&self, slot: SlotId, own: Light, predicted: Light) -> Light {
-        let ends = self.slots[slot.0].ends.into_iter().flatten();
+        let ends = self.slots[slot.0].between.iter().flat_map(|between| between.slots.iter().copied());
         let noise = self.pooled_variance(slot, ends);
         let deviation = luminance(own.diffuse - predicted.diffuse).powi(2);
         let measured = deviation - BELIEVED * (noise + predicted.variance);

@@ -1,7 +1,7 @@
 //! The static mesh of indirect light: sums of gathered light at its vertices, and what other vertices take over from them
 //! (method 3, 6).
 
-use super::dynamic::{COVERED_WEIGHT, Cache, Light, SlotId};
+use super::dynamic::{Between, COVERED_WEIGHT, Cache, Light, SlotId};
 use super::earlier::{Earlier, Gathers};
 use super::topology::NodeId;
 use super::vertex::VertexId;
@@ -105,10 +105,10 @@ impl Cache {
     /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was written,
     /// in ascending order.
     pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3) -> Vec<SlotId> {
-        // Ascending: a slot is younger than the ends of its edge.
+        // Ascending: a slot is younger than those it lies between.
         let mut due: BinaryHeap<Reverse<SlotId>> = slots.iter().map(|&s| Reverse(s)).collect();
         if self.indirect.filter {
-            let base = slots.iter().filter(|s| self.slots[s.0].ends.is_none() && self.indirect.is_sampled(**s));
+            let base = slots.iter().filter(|s| self.slots[s.0].between.is_none() && self.indirect.is_sampled(**s));
             due.extend(base.flat_map(|&s| self.neighbours(s)).map(Reverse));
         }
         let mut written = Vec::with_capacity(slots.len());
@@ -125,10 +125,10 @@ impl Cache {
         written
     }
 
-    /// Indirect light of a slot: what it has gathered, what the ends of its edge predict, or both by what they are worth.
+    /// Indirect light of a slot: what it has gathered, what those around it predict, or both by what they are worth.
     fn indirect_light(&self, slot: SlotId, eye: Vec3) -> Light {
-        let ends = self.slots[slot.0].ends;
-        let predicted = ends.map(|ends| self.predicted(ends)).filter(|light| light.known);
+        let between = self.slots[slot.0].between.as_ref();
+        let predicted = between.map(|between| self.predicted(between)).filter(|light| light.known);
         let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
         match (own, predicted) {
             (Some(own), _) if !self.indirect.filter => own,
@@ -139,13 +139,13 @@ impl Cache {
         }
     }
 
-    /// What the ends of an edge predict for its middle.
-    fn predicted(&self, ends: [SlotId; 2]) -> Light {
+    /// What slots predict for one that lies between them.
+    fn predicted(&self, between: &Between) -> Light {
         let mut mean = Light::default();
         let mut total = 0.0;
-        for end in ends {
-            let light = self.slots[end.0].indirect;
-            let weight = self.weight(end);
+        for (&slot, &weight) in between.slots.iter().zip(&between.weights) {
+            let light = self.slots[slot.0].indirect;
+            let weight = weight * self.weight(slot);
             if light.known {
                 mean.diffuse += light.diffuse * weight;
                 mean.specular += light.specular * weight;

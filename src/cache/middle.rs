@@ -1,4 +1,4 @@
-//! What a leaf's corners do not say: one ray a light from its middle.
+//! What a leaf's corners do not say: one ray a light from its middle, or from where a pixel sees it.
 //!
 //! Corners may all lie in or under other geometry while the leaf between them is lit, and a shadow or a shaft of light may
 //! pass between them.
@@ -6,10 +6,8 @@
 use super::dynamic::Cache;
 use super::topology::NodeId;
 use crate::estimate::visibility::Origin;
-use crate::math::combine;
 use crate::shade::lights::{Arrival, Source, delta_arrival};
 use crate::shade::world::{Site, World};
-use glam::Vec3;
 use smallvec::SmallVec;
 use std::f32::consts::PI;
 
@@ -18,10 +16,11 @@ const WEAK: f32 = 0.03;
 /// Cosine between a facet and a light below which the facet's own body hides it, whatever the shading normals say.
 const GRAZING: f32 = 0.05;
 
-/// Luminance of D, in the middle of a leaf, of the lights of which a ray says otherwise than all corners of the leaf do.
+/// Luminance of D, at a point of a leaf given by barycentric weights, of the lights of which a ray says otherwise than all
+/// corners of the leaf do.
 #[must_use]
-pub fn surprise(world: &World<'_>, cache: &Cache, id: NodeId, rays: &mut u64) -> f32 {
-    let site = middle(cache, id);
+pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 3]), rays: &mut u64) -> f32 {
+    let site = cache.inner_vertex(id, weights).site();
     let strength = |(light, source): (usize, &Source)| {
         source.strength(site.position, site.normal) * world.lights.factor(light).max_element()
     };
@@ -47,19 +46,6 @@ fn agreed(cache: &Cache, light: usize, id: NodeId) -> Option<bool> {
     let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
     let agree = settled && corners.iter().all(|c| c.fraction() == first) && (first == 0.0 || first == 1.0);
     agree.then_some(first == 1.0)
-}
-
-/// The middle of a node, lifted off its plane as far as its corners are in the mean.
-fn middle(cache: &Cache, id: NodeId) -> Site {
-    let corners = cache.corner_vertices(id).map(|v| cache.vertices[v.0].site());
-    let mean = |of: fn(&Site) -> Vec3| corners.iter().map(of).sum::<Vec3>() / 3.0;
-    let (position, side) = (mean(|s| s.position), mean(|s| s.normal));
-    let [a, b, c] = corners.map(|s| s.position);
-    let facet = (b - a).cross(c - a).normalize_or(side);
-    let normal = if facet.dot(side) < 0.0 { -facet } else { facet };
-    let lift = corners.iter().map(|s| (s.origin - s.position).dot(s.normal)).sum::<f32>() / 3.0;
-    let key = corners.iter().fold(0, |key, s| combine(key, s.key));
-    Site { key, position, origin: position + normal * lift, normal }
 }
 
 /// The light that a ray is traced for: a random point of an area light.

@@ -6,6 +6,7 @@ pub mod earlier;
 pub mod filter;
 pub mod gather;
 pub mod indirect;
+pub mod inner;
 pub mod layer;
 pub mod luminance;
 pub mod middle;

@@ -97,6 +97,13 @@ impl<T: Default + Copy> Sparse<T> {
         &mut page[index as usize % PAGE]
     }
 
+    /// Back to the default.
+    pub fn reset(&mut self, index: u32) {
+        if let Some(Some(page)) = self.pages.get_mut(index as usize / PAGE) {
+            page[index as usize % PAGE] = T::default();
+        }
+    }
+
     /// Visits the values of all pages, with their indices: those written, and defaults beside them.
     pub fn for_each_mut(&mut self, mut visit: impl FnMut(u32, &mut T)) {
         for (page, first) in self.pages.iter_mut().zip((0..).step_by(PAGE)) {

@@ -5,9 +5,11 @@
 //! neighbours use, and is drawn through it.
 
 use super::dynamic::{LeafId, SlotId};
+use super::inner::Inner;
 use super::pool::Pool;
 use super::vertex::VertexId;
 use crate::scene::FaceId;
+use glam::Vec3;
 use rustc_hash::FxHashMap;
 
 /// Index of a node of the hierarchy.
@@ -38,6 +40,8 @@ pub struct Node {
     pub child: Option<NodeId>,
     /// The triangles it is drawn as, if it is a leaf: one, or several through the midpoints on its edges.
     pub drawn: Vec<LeafId>,
+    /// The vertex inside it, if it needed one.
+    pub inner: Option<Inner>,
     /// Refinement's view of it.
     pub work: Work,
     /// Its place in the mesh of indirect light.
@@ -87,6 +91,8 @@ impl Default for IndirectNode {
 pub struct Work {
     /// Pixels it covers on screen: counted by the GPU, or a share of its parent's until then.
     pub pixels: f32,
+    /// Direction from the eye through one of its pixels, if the GPU has counted few.
+    pub ray: Option<Vec3>,
     /// Its share of the pixels of its face, by area.
     pub share: f32,
     /// Expected square error of interpolation from its parent's surplus, luminance².
@@ -165,6 +171,7 @@ impl Topology {
             parent,
             child: None,
             drawn: Vec::new(),
+            inner: None,
             work: Work::default(),
             indirect: IndirectNode::default(),
             next_on_edge,

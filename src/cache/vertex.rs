@@ -104,6 +104,28 @@ impl Vertex {
         Self { position, normal, inward, lift, flat, ..Self::unsampled(key) }
     }
 
+    /// A vertex inside a triangle whose corners are given, at the point of the given barycentric weights. Rays start straight
+    /// above it.
+    #[must_use]
+    pub fn inside(corners: [&Self; 3], weights: [f32; 3], diagonal: f32) -> Self {
+        let [a, b, c] = corners.map(|corner| corner.position);
+        let mean = |of: fn(&Self) -> Vec3| (0..3).map(|i| of(corners[i]) * weights[i]).sum::<Vec3>();
+        let (position, side) = (mean(|v| v.position), mean(|v| v.normal));
+        let facet = (b - a).cross(c - a).normalize_or(side.normalize_or(corners[0].normal));
+        let normal = if facet.dot(side) < 0.0 { -facet } else { facet };
+        let lift = corners.iter().map(|v| v.lift).fold(f32::INFINITY, f32::min).max(diagonal * LIFT[0]);
+        let bits = position.to_array().map(|x| u64::from(x.to_bits()));
+        let key = bits.into_iter().fold(corners[0].key, combine);
+        Self { position, normal, lift, flat: true, ..Self::unsampled(key) }
+    }
+
+    /// Becomes another vertex, of which nothing is known, with the same slots; what is queued for it is void.
+    pub(super) fn move_to(&mut self, other: Self) {
+        let (first_slot, version, gathers) = (self.first_slot, self.progress.version + 1, self.gathers + 1);
+        *self = Self { first_slot, gathers, ..other };
+        self.progress.version = version;
+    }
+
     /// A vertex of which nothing but the name is known.
     fn unsampled(key: u64) -> Self {
         Self {

@@ -150,7 +150,6 @@ impl Run<'_> {
             self.say(format!("recording: {}", tilt.name()));
             let recording = studio.record(&mut renderer, &anchor, tilt)?;
             self.report.tilts.push(TiltRow::new(&recording));
-            self.report.near = recording.view.near;
             recordings.push(recording);
         }
         Ok(recordings)

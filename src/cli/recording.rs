@@ -36,7 +36,7 @@ impl Studio<'_> {
     /// # Errors
     /// [`Error::Usage`] if it sees nothing; the device is lost.
     pub fn anchor(&self, renderer: &mut Renderer) -> Result<Anchor> {
-        let view = view(&self.scene, &self.camera, self.args.size, self.args.what.near);
+        let view = view(&self.scene, &self.bvh, &self.camera, self.args.size, self.args.what.near);
         renderer.set_view(&view, Vec2::ZERO);
         renderer.visibility()?;
         let face_id = renderer.read_layers()?.face_id;
@@ -52,7 +52,7 @@ impl Studio<'_> {
     /// The device is lost or memory runs out.
     pub fn record(&self, renderer: &mut Renderer, anchor: &Anchor, tilt: Tilt) -> Result<Recording> {
         let camera = anchor.camera(&self.scene, &self.bvh, &self.camera, tilt);
-        let view = view(&self.scene, &camera, self.args.size, self.args.what.near);
+        let view = view(&self.scene, &self.bvh, &camera, self.args.size, self.args.what.near);
         renderer.set_view(&view, Vec2::ZERO);
         let faces = renderer.visibility()?;
         let threads = thread_count(self.args.recording.threads);

@@ -1,6 +1,6 @@
 //! What was typed about refinement, as the engine takes it.
 
-use super::args::{CompareArgs, RenderArgs};
+use super::args::{CompareArgs, PixelCounts, RenderArgs};
 use crate::estimate::hemisphere::Method;
 use crate::refine::options::{Options, Priority};
 use crate::scene::Scene;
@@ -25,6 +25,7 @@ pub fn options(args: &RenderArgs, scene: &Scene) -> Options {
         hemisphere: refinement.hemisphere,
         priority: refinement.priority,
         min_pixels: refinement.min_pixels,
+        counted: args.pixel_counts == PixelCounts::Histogram,
         contrast: refinement.contrast,
         shadow_size: refinement.shadow_size.unwrap_or_else(|| shadow_size(scene, args.scene.size)),
         shadow_pixels: refinement.shadow_size.map_or(SHADOW_AREA, |_| f32::INFINITY),
@@ -48,6 +49,7 @@ pub fn options_of_compare(args: &CompareArgs, scene: &Scene) -> Options {
         hemisphere: Method::Stratified,
         priority: Priority::Error,
         min_pixels: 3.0,
+        counted: true,
         contrast: 0.02,
         shadow_size: shadow_size(scene, args.size),
         shadow_pixels: SHADOW_AREA,

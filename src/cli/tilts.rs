@@ -110,9 +110,21 @@ fn plane(scene: &Scene, id: u32) -> Option<IVec3> {
     facing(scene, id).map(|(normal, _)| (normal * 20.0).round().as_ivec3())
 }
 
-/// A view of a camera with a near plane of its own, if one is asked for.
+/// A view of a camera whose near plane is the one asked for, else half as far as what is nearest: what a careful program would
+/// choose, so that each depth format shows what it can do.
 #[must_use]
-pub fn view(scene: &Scene, camera: &Camera, size: ImageSize, near: Option<f32>) -> View {
+pub fn view(scene: &Scene, bvh: &Bvh, camera: &Camera, size: ImageSize, near: Option<f32>) -> View {
+    const RAYS: u32 = 48;
     let view = View::new(camera, size, scene.diagonal());
-    View { near: near.unwrap_or(view.near), ..view }
+    let points =
+        (0..RAYS).flat_map(|y| (0..RAYS).map(move |x| Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / RAYS as f32));
+    let extent = Vec2::new(size.width as f32, size.height as f32);
+    // Directions have unit length along the view: distances are depths.
+    let depth = |point: Vec2| {
+        let ray = Ray { origin: view.eye, direction: view.direction(point * extent), t_max: f32::INFINITY };
+        bvh.closest(scene, &ray).map(|hit| hit.t)
+    };
+    let nearest = points.filter_map(depth).fold(f32::INFINITY, f32::min);
+    let careful = if nearest.is_finite() { (0.5 * nearest).max(view.near) } else { view.near };
+    View { near: near.unwrap_or(careful), ..view }
 }

@@ -230,7 +230,7 @@ mod tests {
     /// Face 0 drawn with leaf 0, then split into leaves 2 and 3; face 1 with leaf 1 throughout.
     fn mesh() -> Mesh {
         let mut mesh = Mesh::default();
-        let leaf = |id, face| (LeafId(id), Leaf { slots: [SlotId(0); 3], face: FaceId(face), level: 0 });
+        let leaf = |id, face| (LeafId(id), Leaf { slots: [SlotId(0); 3], face: FaceId(face), level: 0, flat: None });
         let patch = |face, old, new| Patch { face: FaceId(face), old, new };
         mesh.apply(&Update {
             leaves: vec![leaf(0, 0), leaf(1, 1)],

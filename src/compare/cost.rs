@@ -84,7 +84,8 @@ impl Split {
     /// Splits `patches` leaves, evenly spread over the mesh; all of them are split first as often as it takes to have so many.
     /// `None` for an empty mesh.
     fn new(mesh: &Mesh, patches: usize) -> Option<Self> {
-        let mut leaves: Vec<(Leaf, [Slot; 3])> = mesh.drawn().map(|(_, leaf, corners)| (leaf, corners)).collect();
+        let mut leaves: Vec<(Leaf, [Slot; 3])> =
+            mesh.drawn().map(|(_, leaf, corners)| (Leaf { flat: None, ..leaf }, corners)).collect();
         if leaves.is_empty() {
             return None;
         }
@@ -190,7 +191,7 @@ mod tests {
                 let slot_value = Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
                 update.slots.push((slot, slot_value));
             }
-            let leaf = Leaf { slots, face: FaceId(face), level: 0 };
+            let leaf = Leaf { slots, face: FaceId(face), level: 0, flat: None };
             update.leaves.push((LeafId(face), leaf));
             patch(&mut update, leaf, &[], &[LeafId(face)]);
         }

@@ -325,9 +325,10 @@ fn setting(report: &Report) -> String {
         rows.push(("depth formats", optional.depth_formats.join(", ")));
         rows.push(("luminance, ids", format!("{}, {}", device.formats.colour, device.formats.id)));
     }
-    rows.push(("near plane", format!("{} scene units", report.near)));
-    let tilts =
-        report.tilts.iter().map(|t| format!("{} {:.0}°, {} patches", t.name, t.degrees, number(t.patches as f64)));
+    let tilts = report.tilts.iter().map(|t| {
+        let (name, degrees, patches) = (t.name, t.degrees, number(t.patches as f64));
+        format!("{name} {degrees:.0}°, near plane {:.3} scene units, {patches} patches", t.near)
+    });
     rows.push(("cameras", tilts.collect::<Vec<_>>().join("; ")));
     rows.push((
         "recording",

@@ -21,8 +21,6 @@ pub struct Report {
     pub device: Option<DeviceReport>,
     /// Image size in pixels.
     pub size: [u32; 2],
-    /// Near plane, scene units.
-    pub near: f32,
     /// Updates of a recording.
     pub updates: usize,
     /// Updates between comparisons.
@@ -60,6 +58,8 @@ pub struct TiltRow {
     pub position: [f32; 3],
     /// Point looked at.
     pub look_at: [f32; 3],
+    /// Near plane, scene units.
+    pub near: f32,
     /// Patches of the recording, those of the first update left out.
     pub patches: usize,
 }
@@ -73,6 +73,7 @@ impl TiltRow {
             degrees: recording.degrees,
             position: recording.camera.position.to_array(),
             look_at: recording.camera.look_at.to_array(),
+            near: recording.view.near,
             patches: recording.updates.iter().skip(1).map(|update| update.patches.len()).sum(),
         }
     }

@@ -8,7 +8,7 @@ use super::scene_buffers::fitting_scale;
 use super::shared::FrameUniform;
 use super::update::{Context, UpdateMode};
 use crate::error::Result;
-use crate::refine::update::LeafId;
+use crate::refine::update::{LeafId, LeafPixels};
 use crate::scene::Display;
 use crate::vk::timestamp::PassTimes;
 
@@ -59,7 +59,7 @@ pub struct FrameStats {
 }
 
 impl FrameStats {
-    fn new(times: &PassTimes, patches: u32, plan: &Plan, counts: &[(LeafId, u32)]) -> Self {
+    fn new(times: &PassTimes, patches: u32, plan: &Plan, counts: &[LeafPixels]) -> Self {
         Self {
             visibility_ms: times.ms("visibility"),
             colour_ms: times.ms("colour"),
@@ -71,7 +71,7 @@ impl FrameStats {
             draws: plan.draws(),
             full: plan.clear,
             queries: counts.len() as u32,
-            query_pixels: counts.iter().map(|&(_, pixels)| u64::from(pixels)).sum(),
+            query_pixels: counts.iter().map(|leaf| u64::from(leaf.pixels)).sum(),
         }
     }
 }
@@ -99,12 +99,13 @@ impl Renderer {
         let times = recording.submit()?;
         self.times.extend(times);
         if self.options.atomic_counts {
-            self.leaf_pixels.read(&plan)?;
+            self.counters.read(&plan)?;
         }
         self.query_counts.clear();
         if let Some(queries) = &self.queries {
             let pixels = queries.read(plan.queried.len() as u32)?;
-            self.query_counts.extend(plan.queried.iter().map(|&(leaf, _)| LeafId(leaf)).zip(pixels));
+            let leaves = plan.queried.iter().map(|&(leaf, _)| LeafId(leaf));
+            self.query_counts.extend(leaves.zip(pixels).map(|(leaf, pixels)| LeafPixels { leaf, pixels, ray: None }));
         }
         Ok(FrameStats::new(&std::mem::take(&mut self.times), patches, &plan, &self.query_counts))
     }
@@ -164,7 +165,7 @@ impl Renderer {
             self.lookup_stamp = if plan.clear { 0 } else { changed };
         }
         if self.options.atomic_counts {
-            self.leaf_pixels.reserve(&self.device, self.mesh.leaves.len())?;
+            self.counters.reserve(&self.device, self.mesh.leaves.len())?;
         }
         self.send_uniform(display)
     }
@@ -189,7 +190,7 @@ impl Renderer {
             lookup_roots: self.lookup.as_ref().map_or(0, |lookup| lookup.roots.address()),
             list_references: self.list_references.address(),
             mark_references: self.mark_references.address(),
-            leaf_pixels: self.leaf_pixels.address(),
+            leaf_pixels: self.counters.address(),
             eye: view.eye.to_array(),
             forward: view.forward.to_array(),
             right: view.right.to_array(),

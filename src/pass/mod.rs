@@ -5,9 +5,9 @@
 mod colour;
 mod colouring;
 mod combine;
+mod counters;
 mod depth;
 mod frame;
-mod leaf_pixels;
 mod lit_materials;
 mod lookup;
 mod luminance;

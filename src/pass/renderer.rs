@@ -2,8 +2,8 @@
 
 use super::colour::Colour;
 use super::combine::Combine;
+use super::counters::Counters;
 use super::depth::{Depth, DepthOrder};
-use super::leaf_pixels::LeafPixels;
 use super::lookup::Lookup;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
@@ -17,7 +17,7 @@ use super::update::UpdateMode;
 use super::visibility::{Visibility, count_pixels};
 use super::warm_up;
 use crate::error::{Error, Result};
-use crate::refine::update::{LeafId, Update};
+use crate::refine::update::{LeafPixels, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{FaceId, Scene};
 use crate::vk::buffer::BufferUse;
@@ -134,13 +134,13 @@ pub struct Renderer {
     /// Of the leaves that the frame looks up; 0 for all.
     pub(super) lookup_stamp: u32,
     /// What [`RendererOptions::atomic_counts`] counts.
-    pub(super) leaf_pixels: LeafPixels,
+    pub(super) counters: Counters,
     /// Whether depth EQUAL finds what was drawn; by self-test.
     pub(super) stencil_works: bool,
     histogram: Histogram,
     /// Where the device counts exactly.
     pub(super) queries: Option<OcclusionQueries>,
-    pub(super) query_counts: Vec<(LeafId, u32)>,
+    pub(super) query_counts: Vec<LeafPixels>,
     /// Passes run since the last frame's statistics.
     pub(super) times: PassTimes,
     /// Last, so that it goes after everything made from it.
@@ -189,7 +189,7 @@ impl Renderer {
             depth_left_by: None,
             lookup: None,
             lookup_stamp: 0,
-            leaf_pixels: LeafPixels::new(&device)?,
+            counters: Counters::new(&device)?,
             list_references: Mirror::new(&device, "list references")?,
             mark_references: Mirror::new(&device, "mark references")?,
             stencil_works: options.depth.has_stencil(),
@@ -324,20 +324,20 @@ impl Renderer {
         recording.pass("readback", |pass| read_back.record_leaf_ids(pass, targets));
         let times = recording.submit()?;
         self.times.extend(times);
-        Ok(self.histogram.count(self.read_back.ids()?, &self.face_ids, &self.mesh))
+        Ok(self.histogram.count((self.read_back.ids()?, &self.face_ids), &self.mesh, (&self.view, self.jitter)))
     }
 
     /// What the queries of the last frame counted, in the order drawn: leaves with the pixels that each was drawn to.
     #[must_use]
-    pub fn query_counts(&self) -> &[(LeafId, u32)] {
+    pub fn query_counts(&self) -> &[LeafPixels] {
         &self.query_counts
     }
 
     /// Leaves drawn as parts of patches by the last frame, with the pixels that each was drawn to; none unless the renderer
     /// was made to count them, or after a frame that drew all leaves.
     #[must_use]
-    pub fn atomic_counts(&self) -> &[(LeafId, u32)] {
-        self.leaf_pixels.last()
+    pub fn atomic_counts(&self) -> &[LeafPixels] {
+        self.counters.last()
     }
 
     /// Whether changes wait for the next frame.

@@ -107,6 +107,8 @@ pub(super) struct GpuSlot {
 pub(super) struct GpuLeaf {
     pub slots: [u32; 3],
     pub face: u32,
+    /// The slot whose value it shows all over, or [`NONE`].
+    pub flat_slot: u32,
 }
 
 /// A node of a face's tree; `NONE` for no child and no leaf.
@@ -144,7 +146,7 @@ host_matches_shader!(GpuTexture, texture, { extent: EXTENT, levels: LEVELS, firs
 host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT, diffuse: DIFFUSE, specular: SPECULAR });
 host_matches_shader!(GpuLookupNode, lookup_node, { child: CHILD, stamp: STAMP, codes: CODES, leaves: LEAVES });
 host_matches_shader!(GpuLookupRoot, lookup_root, { node: NODE, stamp: STAMP });
-host_matches_shader!(GpuLeaf, leaf, { slots: SLOTS, face: FACE });
+host_matches_shader!(GpuLeaf, leaf, { slots: SLOTS, face: FACE, flat_slot: FLAT_SLOT });
 
 impl GpuMaterial {
     pub(super) fn new(material: &Material) -> Self {
@@ -168,7 +170,7 @@ impl From<&Slot> for GpuSlot {
 
 impl From<&Leaf> for GpuLeaf {
     fn from(leaf: &Leaf) -> Self {
-        Self { slots: leaf.slots.map(|s| s.0), face: leaf.face.0 }
+        Self { slots: leaf.slots.map(|s| s.0), face: leaf.face.0, flat_slot: leaf.flat.map_or(NONE, |s| s.0) }
     }
 }
 

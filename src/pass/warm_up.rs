@@ -83,7 +83,7 @@ fn leaves(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation: u32) ->
         for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
             update.slots.push((*slot, Slot { position, weight: 1.0, diffuse, specular: diffuse }));
         }
-        update.leaves.push((LeafId(new), Leaf { slots, face, level: 0 }));
+        update.leaves.push((LeafId(new), Leaf { slots, face, level: 0, flat: None }));
         let start = update.patch_leaves.len() as u32;
         update.patch_leaves.extend(old.map(|old| LeafId(id(old, face))));
         let middle = update.patch_leaves.len() as u32;

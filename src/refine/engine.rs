@@ -5,7 +5,7 @@ use super::options::Options;
 use super::priority::{Judge, Reflectances};
 use super::publish::Published;
 use super::queue::Queue;
-use super::update::{EngineStats, LeafId, Update};
+use super::update::{EngineStats, LeafPixels, Update};
 use super::workers::{Workers, thread_nanoseconds};
 use crate::cache::dynamic::{Cache, Light, SlotId};
 use crate::cache::luminance;
@@ -50,7 +50,7 @@ pub struct Counted {
     /// Last update that was drawn completely.
     pub sequence: u64,
     /// Triangles with their pixels. `None` if nothing was counted.
-    pub pixels: Option<Vec<(LeafId, u32)>>,
+    pub pixels: Option<Vec<LeafPixels>>,
     /// Whether drawn triangles that are missing have no pixels; otherwise they were not counted.
     pub complete: bool,
 }
@@ -140,6 +140,7 @@ impl Engine {
             options: &self.options,
             tolerance: self.tolerance,
             mean: self.image.mean(),
+            generation: self.generation,
         }
     }
 
@@ -181,14 +182,17 @@ impl Engine {
                 let share = 0.25_f32.powi(i32::from(self.cache.topology.nodes[leaf.0].level));
                 let work = &mut self.cache.topology.nodes[leaf.0].work;
                 work.share = pixels as f32 * share;
-                work.pixels = work.share;
+                (work.pixels, work.ray) = (work.share, None);
                 work.generation = self.generation;
                 work.version += 1;
                 (work.accounted, work.light, work.error) = (0.0, 0.0, 0.0);
             }
         }
         for &leaf in &all {
-            if self.cache.topology.nodes[leaf.0].drawn.is_empty() {
+            let drawn = &self.cache.topology.nodes[leaf.0].drawn;
+            let stale = drawn.iter().any(|l| self.cache.leaves[l.0].leaf.flat.is_some());
+            if drawn.is_empty() || stale {
+                self.retire_drawn(leaf);
                 self.draw_node(leaf);
             }
         }
@@ -198,7 +202,7 @@ impl Engine {
     /// Slots that the visible leaves are drawn with.
     fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
         let drawn = leaves.iter().flat_map(|l| &self.cache.topology.nodes[l.0].drawn);
-        let mut slots: Vec<SlotId> = drawn.flat_map(|l| self.cache.leaves[l.0].leaf.slots).collect();
+        let mut slots: Vec<SlotId> = drawn.flat_map(|l| self.cache.leaves[l.0].leaf.all_slots()).collect();
         slots.sort_unstable();
         slots.dedup();
         slots
@@ -243,7 +247,7 @@ impl Engine {
         self.publish()
     }
 
-    /// Whether nothing is left to do for this view: an empty queue says so on the last rung of the ladder of tolerances only.
+    /// Whether nothing is left to do for this view until more is heard of it: an empty queue says so on the last rung of the ladder of tolerances only.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.first_visits.is_empty() && self.queue.is_empty() && self.tolerance <= self.options.tolerance
@@ -278,45 +282,5 @@ impl Engine {
         let fresh: Vec<SlotId> = slots.iter().filter(fresh).copied().collect();
         self.cache.refresh_indirect(&fresh, self.eye);
         self.published.changed.extend_from_slice(slots);
-    }
-
-    /// Takes in what the GPU has drawn: triangles that it has replaced can be recycled, counted pixels steer refinement.
-    pub fn counted(&mut self, counted: &Counted) {
-        self.recycle(counted.sequence);
-        // Pixels of another camera say nothing.
-        let Some(pixels) = counted.pixels.as_ref().filter(|_| counted.generation == self.generation) else { return };
-        let mut by_node: rustc_hash::FxHashMap<NodeId, f32> = rustc_hash::FxHashMap::default();
-        for &(leaf, count) in pixels {
-            if !counted.complete || self.published.is_older(leaf, counted.sequence) {
-                *by_node.entry(self.cache.leaves[leaf.0].node).or_default() += count as f32;
-            }
-        }
-        let listed: FxHashSet<LeafId> = pixels.iter().filter(|_| !counted.complete).map(|&(leaf, _)| leaf).collect();
-        let mut nodes: Vec<NodeId> = by_node.keys().copied().collect();
-        nodes.sort_unstable();
-        let mut changed = Vec::new();
-        for leaf in if counted.complete { self.all_visible_leaves() } else { nodes } {
-            let node = &self.cache.topology.nodes[leaf.0];
-            let counted = |l: &LeafId| match counted.complete {
-                true => self.published.is_older(*l, counted.sequence),
-                false => listed.contains(l),
-            };
-            if node.drawn.is_empty() || !node.drawn.iter().all(counted) {
-                continue;
-            }
-            let pixels = by_node.get(&leaf).copied().unwrap_or(0.0);
-            if pixels != node.work.pixels {
-                let before = std::mem::replace(&mut self.cache.topology.nodes[leaf.0].work.pixels, pixels);
-                self.recount_indirect(leaf, pixels - before);
-                changed.push(leaf);
-            }
-        }
-        self.probe_middles(&changed);
-        for leaf in changed {
-            self.account(leaf);
-            if self.first_visits.is_empty() {
-                self.enqueue_split(leaf);
-            }
-        }
     }
 }

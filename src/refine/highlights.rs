@@ -2,6 +2,7 @@
 //! of a leaf know nothing.
 
 use super::engine::Engine;
+use crate::cache::inner::weights_on_ray;
 use crate::cache::middle;
 use crate::cache::topology::NodeId;
 use crate::math::luminance;
@@ -27,14 +28,21 @@ impl Engine {
         self.probe_middles(nodes);
     }
 
-    /// Traces a ray to each strong light from the middle of leaves that nothing else would split; once for each leaf.
+    /// Traces a ray to each strong light from the middle of leaves that nothing else would split, or from where a pixel sees
+    /// those of few pixels; once for each leaf.
     pub(super) fn probe_middles(&mut self, nodes: &[NodeId]) {
         let judge = self.judge();
         let silent: Vec<NodeId> = nodes.iter().copied().filter(|&node| judge.wants_probe(node)).collect();
-        let (world, cache) = (self.world(), &self.cache);
+        let (world, cache, eye) = (self.world(), &self.cache, self.eye);
+        let point = |node: NodeId| {
+            let ray = cache.topology.nodes[node.0].work.ray;
+            let seen = ray.and_then(|ray| weights_on_ray(cache.corner_positions(node), eye, ray));
+            (node, seen.unwrap_or([1.0 / 3.0; 3]))
+        };
         let found = self.workers.map_chunks(&silent, |chunk| {
             let mut rays = 0;
-            let found = chunk.iter().map(|&node| middle::surprise(&world, cache, node, &mut rays)).collect::<Vec<_>>();
+            let found =
+                chunk.iter().map(|&node| middle::surprise(&world, cache, point(node), &mut rays)).collect::<Vec<_>>();
             (found, rays)
         });
         self.stats.rays += found.iter().map(|(_, rays)| rays).sum::<u64>();

@@ -175,7 +175,7 @@ impl Judge<'_> {
         let vertex = &self.cache.vertices[id.0];
         let rays = self.cache.indirect.rays(id);
         // A covered midpoint takes over what is known around; of a base vertex something must be known.
-        let is_midpoint = vertex.first_slot.is_some_and(|slot| self.cache.slots[slot.0].ends.is_some());
+        let is_midpoint = vertex.first_slot.is_some_and(|slot| self.cache.slots[slot.0].between.is_some());
         if rays >= MAX_RAYS || (vertex.progress.covered && (rays > 0 || is_midpoint)) {
             return 0.0;
         }

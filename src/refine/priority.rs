@@ -1,8 +1,9 @@
 //! What a task is worth: expected drop of the image's square error a ray (method 5).
 
+use super::counts::FEW_PIXELS;
 use super::options::{Options, Priority};
 use crate::cache::dynamic::{Cache, Light, SlotId};
-use crate::cache::topology::{MAX_LEVEL, NodeId};
+use crate::cache::topology::{MAX_LEVEL, NodeId, Work};
 use crate::cache::vertex::VertexId;
 use crate::math::{combine, luminance};
 use crate::scene::{FaceId, Scene};
@@ -58,6 +59,8 @@ pub struct Judge<'a> {
     pub tolerance: f32,
     /// Mean luminance of the image, below a share of which nothing shows.
     pub mean: f32,
+    /// The camera's generation.
+    pub generation: u32,
 }
 
 /// Weight of an edge's contrast against measured surplus: discontinuities not seen yet. [L 2.2]
@@ -102,6 +105,17 @@ pub(super) fn sum_of_products(d: [f32; 3]) -> f32 {
     squares + d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
 }
 
+/// Whether a leaf is known to show in exactly one pixel, and in which.
+fn is_one_pixel(work: &Work) -> bool {
+    work.pixels == 1.0 && work.ray.is_some()
+}
+
+/// Michelson contrast of direct light between two places, each given by its direct and its indirect light.
+fn michelson(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let sum = a[0] + a[1] + b[0] + b[1];
+    if sum > 0.0 { (a[0] - b[0]).abs() / sum } else { 0.0 }
+}
+
 impl Judge<'_> {
     /// Luminance shown at a slot on a face of direct and of indirect light.
     pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
@@ -123,6 +137,9 @@ impl Judge<'_> {
     /// Judges a leaf.
     #[must_use]
     pub fn leaf(&self, id: NodeId) -> LeafLight {
+        if let Some(inner) = self.settled(id) {
+            return self.settled_leaf(id, inner);
+        }
         let (shown, covered) = self.corners(id);
         let node = &self.cache.topology.nodes[id.0];
         let total = shown.map(|[direct, indirect]| direct + indirect);
@@ -130,12 +147,11 @@ impl Judge<'_> {
         let mut contrast = 0.0_f32;
         for i in 0..3 {
             let j = (i + 1) % 3;
-            let (difference, sum) = ((shown[i][0] - shown[j][0]).abs(), total[i] + total[j]);
-            if covered[i] != covered[j] {
-                contrast = 1.0;
-            } else {
-                contrast = contrast.max(if sum > 0.0 { difference / sum } else { 0.0 });
-            }
+            contrast = contrast.max(if covered[i] == covered[j] { michelson(shown[i], shown[j]) } else { 1.0 });
+        }
+        if let Some(inner) = node.inner {
+            let inner = self.shown(node.face, inner.slot);
+            contrast = shown.iter().fold(contrast, |most, corner| most.max(michelson(*corner, inner)));
         }
         let noise_gain = self.reflectances.noise_gain(self.scene, node.face);
         let variance = node.corners.map(|slot| self.cache.slots[slot.0].direct.variance).iter().sum::<f32>();
@@ -148,6 +164,40 @@ impl Judge<'_> {
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+    }
+
+    /// The vertex inside a leaf, if that is what the leaf's one pixel shows.
+    pub(super) fn settled(&self, id: NodeId) -> Option<SlotId> {
+        let node = &self.cache.topology.nodes[id.0];
+        let inner = node.inner.filter(|inner| inner.generation == self.generation && is_one_pixel(&node.work))?;
+        Some(inner.slot)
+    }
+
+    /// A leaf of which nothing but its inner vertex shows: it has no error but that vertex's noise.
+    fn settled_leaf(&self, id: NodeId, inner: SlotId) -> LeafLight {
+        let face = self.cache.topology.nodes[id.0].face;
+        let shown = self.shown(face, inner).iter().sum();
+        let noise = self.reflectances.noise_gain(self.scene, face) * self.cache.slots[inner.0].direct.variance;
+        LeafLight { mean: shown, least: shown, contrast: 0.0, covered: false, interpolation: 0.0, noise }
+    }
+
+    /// Key of sampling a leaf where its one pixel sees it; 0 if it is not worth it, or not known which pixel that is.
+    #[must_use]
+    pub fn inner_key(&self, id: NodeId) -> f32 {
+        let work = &self.cache.topology.nodes[id.0].work;
+        if !is_one_pixel(work) || self.options.priority == Priority::Random || self.settled(id).is_some() {
+            return 0.0;
+        }
+        let light = self.leaf(id);
+        let error = light.interpolation * self.display_gain(light.least);
+        if error < (self.tolerance * self.mean).powi(2) { 0.0 } else { work.pixels * error / (1.0 + VERTEX_COST) }
+    }
+
+    /// Whether a leaf is as small as a pixel, so that it is sampled where that pixel sees it rather than split, once it is known
+    /// which pixel that is.
+    fn belongs_to_a_pixel(&self, id: NodeId) -> bool {
+        let work = &self.cache.topology.nodes[id.0].work;
+        (is_one_pixel(work) || (self.options.counted && work.pixels <= 1.0)) && self.options.priority == Priority::Error
     }
 
     /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles, less
@@ -186,7 +236,7 @@ impl Judge<'_> {
         // small it is.
         let pixels = if node.work.pixels > 1.0 { node.work.pixels } else { node.work.pixels.min(node.work.share) };
         let least = self.options.min_pixels * if hard { HARD_PIXELS } else { 1.0 };
-        if node.level >= MAX_LEVEL || pixels <= least {
+        if node.level >= MAX_LEVEL || pixels <= least || self.belongs_to_a_pixel(id) {
             return 0.0;
         }
         if self.options.priority == Priority::Random {
@@ -224,7 +274,9 @@ impl Judge<'_> {
         let parent = node.parent.and_then(|parent| self.cache.topology.nodes[parent.0].work.surprise);
         let least =
             if parent.is_some_and(|surprise| surprise > 0.0) { self.options.min_pixels * HARD_PIXELS } else { PROBED };
+        let located = node.work.ray.is_some() || !self.options.counted || node.work.pixels > FEW_PIXELS as f32;
         node.work.surprise.is_none()
+            && located
             && node.work.pixels >= least
             && node.corners.iter().all(|slot| self.cache.slots[slot.0].direct.known)
             && self.is_small(id)
@@ -264,7 +316,9 @@ impl Judge<'_> {
             let variance = self.cache.slots[slot.0].direct.variance;
             for leaf in self.cache.leaves_of(slot) {
                 let node = &self.cache.topology.nodes[self.cache.leaves[leaf.0].node.0];
-                let share = node.work.pixels / (6.0 * node.drawn.len().max(1) as f32);
+                let whole = self.settled(self.cache.leaves[leaf.0].node) == Some(slot);
+                let part = if whole { 1.0 } else { 1.0 / 6.0 };
+                let share = node.work.pixels * part / node.drawn.len().max(1) as f32;
                 let shown = self.shown(node.face, slot).iter().sum();
                 let noise = variance * self.reflectances.noise_gain(self.scene, node.face);
                 gain += share * noise * self.display_gain(shown);

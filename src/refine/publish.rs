@@ -17,6 +17,9 @@ pub struct Published {
     redraw: Vec<NodeId>,
     /// Number of the last update.
     sequence: u64,
+    /// The last update that changed triangles, and the last whose triangles' pixels are counted.
+    redrawn: u64,
+    counted: u64,
     batch: u32,
     /// Triangles out of use, with the update that replaced them.
     retired: VecDeque<(u64, LeafId)>,
@@ -25,6 +28,11 @@ pub struct Published {
 }
 
 impl Published {
+    /// Notes that the pixels of all triangles are known as update `sequence` left them.
+    pub(super) fn note_counted(&mut self, sequence: u64) {
+        self.counted = sequence;
+    }
+
     /// Whether a triangle was drawn by update `sequence` or earlier.
     #[must_use]
     pub fn is_older(&self, leaf: LeafId, sequence: u64) -> bool {
@@ -41,10 +49,21 @@ impl Engine {
         }
     }
 
+    /// Takes the triangles of a node out of use: the update in the making replaces them.
+    pub(super) fn retire_drawn(&mut self, node: NodeId) -> Vec<LeafId> {
+        let old = std::mem::take(&mut self.cache.topology.nodes[node.0].drawn);
+        for &leaf in &old {
+            self.cache.retire_leaf(leaf);
+            self.published.retired.push_back((self.published.sequence + 1, leaf));
+        }
+        old
+    }
+
     /// Gives a leaf its triangles.
     pub(super) fn draw_node(&mut self, node: NodeId) {
         let triangles = self.cache.triangulate(node);
-        let leaves: Vec<LeafId> = triangles.into_iter().map(|slots| self.cache.add_leaf(slots, node)).collect();
+        let flat = self.judge().settled(node);
+        let leaves: Vec<LeafId> = triangles.into_iter().map(|slots| self.cache.add_leaf(slots, flat, node)).collect();
         for leaf in &leaves {
             *self.published.born.entry(leaf.0) = self.published.sequence + 1;
         }
@@ -55,6 +74,7 @@ impl Engine {
     pub(super) fn full_update(&mut self, leaves: &[NodeId], slots: &[SlotId]) -> Update {
         self.published.changed.clear();
         self.published.sequence += 1;
+        self.published.redrawn = self.published.sequence;
         let mut update = self.empty_update();
         update.slots = slots.iter().map(|&s| (s, self.slot(s))).collect();
         for &node in leaves {
@@ -70,10 +90,11 @@ impl Engine {
 
     /// The update with everything that changed since the last.
     pub(super) fn publish(&mut self) -> Update {
-        self.published.sequence += 1;
         self.published.batch += 1;
-        let mut update = self.empty_update();
+        let mut update = Update::default();
         self.redraw_nodes(&mut update);
+        self.published.sequence += 1;
+        (update.generation, update.sequence) = (self.generation, self.published.sequence);
         let mut slots = std::mem::take(&mut self.published.changed);
         slots.sort_unstable();
         slots.dedup();
@@ -96,13 +117,9 @@ impl Engine {
         nodes.dedup();
         let mut fresh = Vec::new();
         for node in nodes {
-            let old = std::mem::take(&mut self.cache.topology.nodes[node.0].drawn);
+            let old = self.retire_drawn(node);
             let mut leaves = Vec::new();
             self.cache.topology.leaves(node, &mut leaves);
-            for &leaf in &old {
-                self.cache.retire_leaf(leaf);
-                self.published.retired.push_back((self.published.sequence, leaf));
-            }
             let start = update.patch_leaves.len() as u32;
             update.patch_leaves.extend(old);
             let middle = update.patch_leaves.len() as u32;
@@ -110,12 +127,13 @@ impl Engine {
                 self.draw_node(leaf);
                 self.list(update, leaf);
                 let drawn = &self.cache.topology.nodes[leaf.0].drawn;
-                fresh.extend(drawn.iter().flat_map(|l| self.cache.leaves[l.0].leaf.slots));
+                fresh.extend(drawn.iter().flat_map(|l| self.cache.leaves[l.0].leaf.all_slots()));
             }
             let end = update.patch_leaves.len() as u32;
             let record = &self.cache.topology.nodes[node.0];
             if record.work.generation == self.generation {
                 update.patches.push(Patch { face: record.face, old: start..middle, new: middle..end });
+                self.published.redrawn = self.published.sequence + 1;
             }
         }
         // Looks at a midpoint that only a neighbour had needed so far.
@@ -187,7 +205,8 @@ impl Engine {
         self.stats.cache_bytes = self.cache.bytes() as u64;
         self.stats.complete = self.first_visits.is_empty();
         self.stats.estimated_error = if self.stats.complete { self.image.relative() } else { None };
-        self.stats.converged = self.is_idle();
+        let awaits_counts = self.options.counted && self.published.counted < self.published.redrawn;
+        self.stats.converged = self.is_idle() && !awaits_counts;
         self.stats
     }
 }

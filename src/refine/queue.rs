@@ -10,6 +10,8 @@ use std::collections::BinaryHeap;
 pub enum Task {
     /// Split a leaf.
     Split(NodeId),
+    /// Sample a leaf where its one pixel sees it.
+    Inner(NodeId),
     /// Trace the lights that a vertex has put off.
     Settle(VertexId),
     /// Take as many points again in the penumbrae of a vertex.

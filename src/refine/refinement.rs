@@ -27,6 +27,23 @@ struct Fresh {
     middles: [SlotId; 3],
 }
 
+/// What a batch does to the drawn mesh.
+#[derive(Default)]
+struct Batch {
+    /// Leaves to split.
+    splits: Vec<NodeId>,
+    /// Leaves to sample where their one pixel sees them.
+    inner: Vec<NodeId>,
+    /// Vertices to visit.
+    jobs: Vec<Job>,
+}
+
+impl Batch {
+    fn tasks(&self) -> usize {
+        self.splits.len() + self.inner.len() + self.jobs.len()
+    }
+}
+
 impl Engine {
     /// Visits the next base vertices; when the last is done, everything visible is queued for refinement.
     pub(super) fn visit_base_vertices(&mut self) -> bool {
@@ -49,8 +66,8 @@ impl Engine {
 
     /// Does the tasks that pay most; `false` if nothing is left.
     pub(super) fn refine(&mut self) -> bool {
-        let (mut splits, mut jobs, mut indirect) = (Vec::new(), Vec::new(), IndirectWork::default());
-        while splits.len() + jobs.len() + indirect.tasks() < TASKS_A_RUN && indirect.rays < GATHER_RAYS_A_RUN {
+        let (mut direct, mut indirect) = (Batch::default(), IndirectWork::default());
+        while direct.tasks() + indirect.tasks() < TASKS_A_RUN && indirect.rays < GATHER_RAYS_A_RUN {
             let Some(entry) = self.queue.pop() else { break };
             let Some(key) = self.current_key(entry.task, entry.version) else { continue };
             let stale = key < entry.key * STALE;
@@ -60,39 +77,65 @@ impl Engine {
                 continue;
             }
             match entry.task {
-                Task::Split(node) => splits.push(node),
-                Task::Settle(vertex) => jobs.push(self.take(vertex, Wanted::Settle)),
-                Task::Double(vertex) => jobs.push(self.take(vertex, Wanted::Double)),
+                Task::Split(node) => direct.splits.push(node),
+                Task::Inner(node) => direct.inner.push(node),
+                Task::Settle(vertex) => direct.jobs.push(self.take(vertex, Wanted::Settle)),
+                Task::Double(vertex) => direct.jobs.push(self.take(vertex, Wanted::Double)),
                 Task::Gather(vertex) => indirect.gather(vertex, self.cache.indirect.rays(vertex)),
                 Task::Refine(node) => indirect.refine(node, self.judge().first_rays(node)),
             }
         }
         // Direct light is done before indirect light ever is: its ladder does not wait.
-        let direct_is_done = splits.is_empty() && jobs.is_empty();
+        let direct_is_done = direct.tasks() == 0;
         if direct_is_done && indirect.tasks() == 0 {
             return self.lower_tolerance();
         }
-        let mut fresh = Vec::new();
         // The drawn mesh is at least as fine as that of indirect light.
-        for node in splits.into_iter().chain(indirect.refined.iter().copied()) {
-            self.split(node, &mut fresh, &mut jobs);
-        }
-        self.run(&jobs);
-        let mut changed: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
-        changed.sort_unstable();
-        changed.dedup();
-        let mut slots = self.slots_of_all(&changed);
-        slots.extend(fresh.iter().flat_map(|f| f.middles).filter(|s| !self.cache.slots[s.0].direct.known));
-        slots.sort_unstable();
-        slots.dedup();
-        self.evaluate(&slots);
-        self.confirm(&fresh, &mut slots);
-        self.settle_accounts(&fresh, &slots);
+        direct.splits.extend_from_slice(&indirect.refined);
+        self.work_on_direct(direct);
         self.work_on_indirect(&indirect);
         if direct_is_done && self.tolerance > self.options.tolerance {
             self.step_down();
         }
         true
+    }
+
+    /// Splits, traces, and draws the consequences.
+    fn work_on_direct(&mut self, Batch { splits, inner, mut jobs }: Batch) {
+        let mut fresh = Vec::new();
+        for node in splits {
+            self.split(node, &mut fresh, &mut jobs);
+        }
+        let kept = self.place_inner(&inner, &mut jobs);
+        self.run(&jobs);
+        let mut changed: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
+        changed.sort_unstable();
+        changed.dedup();
+        let mut slots = self.slots_of_all(&changed);
+        slots.extend(kept);
+        slots.extend(fresh.iter().flat_map(|f| f.middles).filter(|s| !self.cache.slots[s.0].direct.known));
+        slots.sort_unstable();
+        slots.dedup();
+        self.evaluate(&slots);
+        self.confirm(&fresh, &mut slots);
+        self.settle_accounts(&fresh, &slots, &inner);
+    }
+
+    /// Puts a vertex inside each leaf where its one pixel sees it; returns the slots of those that were there before.
+    fn place_inner(&mut self, nodes: &[NodeId], jobs: &mut Vec<Job>) -> Vec<SlotId> {
+        let mut kept = Vec::new();
+        for &id in nodes {
+            let node = &self.cache.topology.nodes[id.0];
+            let Some(ray) = node.work.ray.filter(|_| node.child.is_none()) else { continue };
+            let Some(placed) = self.cache.place_inner(id, (self.eye, ray), self.generation) else { continue };
+            if placed.kept {
+                kept.extend(self.cache.slots_of(placed.vertex));
+            } else {
+                jobs.push(Job { vertex: placed.vertex, wanted: Wanted::Inner });
+            }
+            self.note_redraw(id);
+        }
+        kept
     }
 
     /// The job of a task. What else is queued for its vertex is void now: a vertex may be queued twice with the samples it
@@ -124,6 +167,10 @@ impl Engine {
             Task::Split(id) => {
                 let node = &self.cache.topology.nodes[id.0];
                 (node.child.is_none() && node.work.version == version).then(|| self.judge().split_key(id))
+            }
+            Task::Inner(id) => {
+                let node = &self.cache.topology.nodes[id.0];
+                (node.child.is_none() && node.work.version == version).then(|| self.judge().inner_key(id))
             }
             Task::Settle(id) | Task::Double(id) => {
                 let current = self.cache.vertices[id.0].progress.version == version;
@@ -247,7 +294,7 @@ impl Engine {
     }
 
     /// Surpluses of the split leaves, shares of their children, and new keys for everything around what changed.
-    fn settle_accounts(&mut self, fresh: &[Fresh], slots: &[SlotId]) {
+    fn settle_accounts(&mut self, fresh: &[Fresh], slots: &[SlotId], inner: &[NodeId]) {
         for f in fresh {
             let surplus = self.judge().surplus(f.node, f.middles);
             let parent = self.cache.topology.nodes[f.node.0].work;
@@ -262,6 +309,7 @@ impl Engine {
             self.image.replace(&mut node.work, None);
         }
         let mut nodes = self.nodes_around(slots);
+        nodes.extend_from_slice(inner);
         nodes.extend(fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))));
         nodes.sort_unstable();
         nodes.dedup();
@@ -305,8 +353,10 @@ impl Engine {
         work.version += 1;
         let (version, visible) = (work.version, work.generation == self.generation);
         if visible {
-            let key = self.judge().split_key(id);
-            self.queue.push(key, Task::Split(id), version);
+            let judge = self.judge();
+            let (split, inner) = (judge.split_key(id), judge.inner_key(id));
+            self.queue.push(split, Task::Split(id), version);
+            self.queue.push(inner, Task::Inner(id), version);
         }
     }
 
@@ -328,7 +378,7 @@ impl Engine {
         let lit = lights.filter(|(light, _)| self.lights.is_on(*light));
         let known = |v: VertexId| lit.map(move |(_, (s, l))| (s, l.visibility.get(v.0)));
         let rays: u32 = match task {
-            Task::Split(_) | Task::Gather(_) | Task::Refine(_) => 0,
+            Task::Split(_) | Task::Inner(_) | Task::Gather(_) | Task::Refine(_) => 0,
             // One ray for a delta light, four for an area light: two is near enough for a key.
             Task::Settle(v) => known(v).map(|(_, k)| if k.origin == Origin::Deferred { 2 } else { 0 }).sum(),
             Task::Double(v) => known(v).map(|(s, k)| if direct::is_doubled(s, k) { k.points } else { 0 }).sum(),

@@ -73,7 +73,7 @@ impl EngineThread {
         self.send(Command::Step(rays));
     }
 
-    /// Tells what the GPU has drawn; no update answers.
+    /// Tells what the GPU has drawn. At pace [`Pace::Stepped`] no update answers.
     pub fn counted(&self, counted: Counted) {
         self.send(Command::Counted(counted));
     }
@@ -145,17 +145,18 @@ fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Send
             Some(Command::Relight(factors, visible)) => engine.relight(&factors, &visible),
             Some(Command::Counted(counted)) => {
                 engine.counted(&counted);
-                if pace == Pace::Stepped || engine.is_idle() {
+                if pace == Pace::Stepped || (engine.is_idle() && counted.pixels.is_none()) {
                     idle = true;
                     continue;
                 }
-                // A batch between any two counts, or counts that come fast would leave no time for work.
+                // A batch between any two counts, or counts that come fast would leave no time for work; and an engine that
+                // has waited for them says whether it is done now.
                 engine.step(Budget::Time(BATCH))
             }
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(Budget::Time(BATCH)),
         };
-        idle = pace == Pace::Stepped || update.stats.converged;
+        idle = pace == Pace::Stepped || engine.is_idle();
         if outbox.send(update).is_err() {
             return;
         }

@@ -33,6 +33,17 @@ pub struct Patch {
     pub new: Range<u32>,
 }
 
+/// Pixels of a drawn leaf, as the GPU counted them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LeafPixels {
+    /// The leaf.
+    pub leaf: LeafId,
+    /// How many pixels show it.
+    pub pixels: u32,
+    /// Direction from the eye through the first of them, any length; `None` if it is not known which they are.
+    pub ray: Option<Vec3>,
+}
+
 /// One batch of changes, applied in order: slots, then leaves, then patches.
 #[derive(Clone, Debug, Default)]
 pub struct Update {

@@ -39,6 +39,13 @@ impl ImageSize {
     pub const fn pixels(self) -> usize {
         self.width as usize * self.height as usize
     }
+
+    /// Image coordinates of the centre of a pixel, counted row by row from the top left.
+    #[must_use]
+    pub fn centre_of(self, pixel: usize) -> Vec2 {
+        let width = self.width as usize;
+        Vec2::new((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5)
+    }
 }
 
 /// A camera's orthonormal frame scaled to an image: the ray through a pixel is linear in its coordinates.

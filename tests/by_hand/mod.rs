@@ -128,6 +128,7 @@ pub fn options(seed: u64) -> Options {
         seed,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,
+        counted: false,
         contrast: 0.02,
         shadow_size: 1.0,
         shadow_pixels: f32::INFINITY,

@@ -161,7 +161,7 @@ pub fn base_update(
         for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
             update.slots.push((*slot, light(face, position)));
         }
-        update.leaves.push((LeafId(face.0), Leaf { slots, face, level: 0 }));
+        update.leaves.push((LeafId(face.0), Leaf { slots, face, level: 0, flat: None }));
         let start = update.patch_leaves.len() as u32;
         update.patch_leaves.push(LeafId(face.0));
         let old = if drawn { start..start + 1 } else { start..start };
@@ -226,9 +226,10 @@ impl Splitter {
             update.patch_leaves.push(LeafId(id));
             let new = update.patch_leaves.len() as u32;
             for child in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-                update
-                    .leaves
-                    .push((LeafId(self.next_leaf), Leaf { slots: child.map(|v| SlotId(v.0)), face, level: level + 1 }));
+                update.leaves.push((
+                    LeafId(self.next_leaf),
+                    Leaf { slots: child.map(|v| SlotId(v.0)), face, level: level + 1, flat: None },
+                ));
                 update.patch_leaves.push(LeafId(self.next_leaf));
                 self.leaves.push((self.next_leaf, (face, level + 1), child));
                 self.next_leaf += 1;

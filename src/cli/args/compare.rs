@@ -64,7 +64,7 @@ pub struct WhatArgs {
     /// Cameras, separated by commas
     #[arg(long, value_name = "TILTS", value_delimiter = ',', default_value = "frontal,oblique,grazing")]
     pub tilts: Vec<Tilt>,
-    /// Near plane, scene units [default: 1/10,000 of the scene's diagonal, as all commands have it]
+    /// Near plane, scene units [default: half as far as what is nearest to each camera]
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = values::positive)]
     pub near: Option<f32>,
     /// Numbers of patches whose cost is measured, separated by commas

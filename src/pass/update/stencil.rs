@@ -1,11 +1,11 @@
 //! `stencil`, the paper's way [FP03 §4.1.3]: the old triangles of a patch mark its pixels by depth EQUAL, the new ones are
 //! drawn where they did, over any depth, and leave their own.
 //!
-//! Patches that may overlap on the screen need references of their own: they are coloured, and two draws a colour serve
-//! all patches (lavapipe.md 2).
+//! Patches that may overlap on the screen need references of their own: their faces are coloured, and two draws a colour
+//! serve all patches (lavapipe.md 2).
 
 use super::{Context, Shape, lacks_nothing};
-use crate::pass::colouring::{COLOURS, Colouring};
+use crate::pass::colouring::{COLOURS, Cells, Colouring};
 use crate::pass::mesh::{Batch, PendingPatch};
 use crate::pass::plan::{Plan, Step};
 
@@ -26,20 +26,27 @@ pub(super) fn values_and_fresh(plan: &mut Plan, context: &Context<'_>, batch: &B
     plan.draw_fresh(mesh, visible, batch);
 }
 
-/// The patches with old triangles by colour, in groups of as many as there are colours for.
+/// The patches with old triangles by colour, in groups of as many as there are colours for. Those of one face share a colour:
+/// they meet at edges at most, where what one of them draws of another's is the same surface.
 pub(super) fn coloured<'b>(context: &Context<'_>, batch: &'b Batch) -> Vec<Vec<Vec<&'b PendingPatch>>> {
     let Context { mesh, visible, projector, size } = context;
     let shown = |p: &&PendingPatch| batch.new[p.new.clone()].iter().any(|&l| visible.shows(mesh, l));
-    let mut waiting: Vec<_> = batch.patches.iter().filter(|p| !p.old.is_empty()).filter(shown).collect();
+    let face = |p: &PendingPatch| mesh.leaves.get(batch.new[p.new.start]).face;
+    let mut patches: Vec<_> = batch.patches.iter().filter(|p| !p.old.is_empty()).filter(shown).collect();
+    patches.sort_by_key(|p| face(p));
+    let mut waiting: Vec<&[&PendingPatch]> = patches.chunk_by(|p, q| face(p) == face(q)).collect();
+    let cells = |patch: &&PendingPatch| {
+        let new = batch.new[patch.new.clone()].iter().flat_map(|&l| mesh.corners(l));
+        projector.cells(patch.old.iter().flatten().copied().chain(new))
+    };
     let mut groups = Vec::new();
     while !waiting.is_empty() {
         let mut colouring = Colouring::new(*size);
         let mut by_colour = vec![Vec::new(); COLOURS as usize];
-        waiting.retain(|&patch| {
-            let new = batch.new[patch.new.clone()].iter().flat_map(|&l| mesh.corners(l));
-            let cells = projector.cells(patch.old.iter().flatten().copied().chain(new));
-            let colour = colouring.take(cells);
-            colour.inspect(|&colour| by_colour[colour as usize].push(patch)).is_none()
+        waiting.retain(|patches| {
+            let cells: Vec<Cells> = patches.iter().map(cells).collect();
+            let colour = colouring.take(&cells);
+            colour.inspect(|&colour| by_colour[colour as usize].extend_from_slice(patches)).is_none()
         });
         groups.push(by_colour);
     }

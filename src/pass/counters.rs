@@ -2,7 +2,7 @@
 
 use super::plan::Plan;
 use crate::error::Result;
-use crate::refine::update::LeafId;
+use crate::refine::update::{LeafId, LeafPixels};
 use crate::vk::buffer::BufferUse;
 use crate::vk::{Buffer, Device};
 
@@ -10,12 +10,12 @@ use crate::vk::{Buffer, Device};
 const CAPACITY: u64 = 4096;
 
 /// The counters, zero between frames, and what the last frame counted.
-pub(super) struct LeafPixels {
+pub(super) struct Counters {
     buffer: Buffer,
-    last: Vec<(LeafId, u32)>,
+    last: Vec<LeafPixels>,
 }
 
-impl LeafPixels {
+impl Counters {
     pub(super) fn new(device: &Device) -> Result<Self> {
         Ok(Self { buffer: Self::zero(device, CAPACITY)?, last: Vec::new() })
     }
@@ -43,13 +43,13 @@ impl LeafPixels {
         for leaf in leaves {
             let offset = u64::from(leaf) * 4;
             let pixels = self.buffer.view::<u32>(offset, 1)?[0];
-            self.last.push((LeafId(leaf), pixels));
+            self.last.push(LeafPixels { leaf: LeafId(leaf), pixels, ray: None });
             self.buffer.write(offset, &[0u32])?;
         }
         Ok(())
     }
 
-    pub(super) fn last(&self) -> &[(LeafId, u32)] {
+    pub(super) fn last(&self) -> &[LeafPixels] {
         &self.last
     }
 

@@ -1,0 +1,149 @@
+//! Leaves as small as a pixel are sampled where the pixel sees them: shadow edges are right to the pixel.
+#![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
+
+mod by_hand;
+
+use by_hand::{Mirror, drawn, engine_with, light, material, options, patch};
+use glam::Vec3;
+use penombre::geom::Ray;
+use penombre::geom::bvh::Bvh;
+use penombre::refine::engine::{Budget, Counted, Engine, Visible};
+use penombre::refine::options::Options;
+use penombre::refine::update::{Leaf, LeafId, LeafPixels};
+use penombre::scene::camera::{Camera, ImageSize, View};
+use penombre::scene::light::LightKind;
+use penombre::scene::{FaceId, Scene, TriangleId};
+use std::collections::HashMap;
+use std::f32::consts::PI;
+
+const LIGHT: Vec3 = Vec3::new(0.3, 1.5, -0.2);
+const SIZE: ImageSize = ImageSize { width: 64, height: 64 };
+
+/// A floor under a point light, with a tilted blocker between them.
+fn scene() -> (Scene, Vec<TriangleId>) {
+    let mut scene = Scene::default();
+    let grey = material(&mut scene, |_| {});
+    let floor = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 1, grey);
+    patch(&mut scene, Vec3::new(-0.2, 0.4, -0.35), Vec3::new(0.2, 0.1, 0.5), Vec3::new(0.5, 0.0, -0.11), 1, grey);
+    light(&mut scene, LightKind::Point { position: LIGHT, intensity: Vec3::ONE });
+    (scene, floor)
+}
+
+/// The floor seen from above, aslant.
+fn view(scene: &Scene, shift: f32) -> View {
+    let camera = Camera {
+        position: Vec3::new(0.5 + shift, 2.5, 0.3),
+        look_at: Vec3::new(0.03 + shift, 0.0, 0.01),
+        up: Vec3::Z,
+        vertical_fov: 40.0,
+    };
+    View::new(&camera, SIZE, scene.diagonal())
+}
+
+/// The floor's point under each pixel.
+fn points(view: &View) -> Vec<Vec3> {
+    let on_floor = |pixel| {
+        let direction = view.direction(SIZE.centre_of(pixel));
+        view.eye - direction * (view.eye.y / direction.y)
+    };
+    (0..SIZE.pixels()).map(on_floor).collect()
+}
+
+/// The drawn triangle that holds a point of the floor, with the point's weights.
+fn holder(mirror: &Mirror, faces: &[FaceId], x: Vec3) -> Option<(LeafId, Leaf, [f32; 3])> {
+    let leaves = mirror.drawn.iter().map(|l| (*l, mirror.leaves[l])).filter(|(_, l)| faces.contains(&l.face));
+    leaves.into_iter().find_map(|(id, leaf)| {
+        let [a, b, c] = leaf.slots.map(|slot| mirror.slots[&slot].position);
+        let area = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(r - p).y;
+        let weights = [area(x, b, c), area(a, x, c), area(a, b, x)].map(|w| w / area(a, b, c));
+        weights.iter().all(|w| *w >= 0.0).then_some((id, leaf, weights))
+    })
+}
+
+/// What the GPU would count.
+fn count(mirror: &Mirror, faces: &[FaceId], view: &View) -> Counted {
+    let mut counted: HashMap<LeafId, LeafPixels> = HashMap::new();
+    for (pixel, x) in points(view).into_iter().enumerate() {
+        if let Some((leaf, ..)) = holder(mirror, faces, x) {
+            let ray = Some(view.direction(SIZE.centre_of(pixel)));
+            counted.entry(leaf).or_insert(LeafPixels { leaf, pixels: 0, ray }).pixels += 1;
+        }
+    }
+    let mut pixels: Vec<LeafPixels> = counted.into_values().collect();
+    pixels.sort_by_key(|p| p.leaf);
+    Counted { pixels: Some(pixels), complete: true, ..drawn(mirror) }
+}
+
+/// Solves a view to the end, counting pixels after each update.
+fn solve(engine: &mut Engine, mirror: &mut Mirror, faces: &[FaceId], (view, generation): (&View, u32)) {
+    let visible = faces.iter().map(|&f| (f, 1500)).collect();
+    mirror.apply(engine.set_visible(&Visible { generation, eye: view.eye, faces: visible }));
+    for _ in 0..400 {
+        engine.counted(&count(mirror, faces, view));
+        mirror.apply(engine.step(Budget::Rays(100)));
+        if mirror.last.stats.converged {
+            return;
+        }
+    }
+    panic!("no end in sight");
+}
+
+/// Share of the pixels of the floor whose D is wrong by more than a fiftieth.
+fn wrong_pixels(mirror: &Mirror, scene: &Scene, faces: &[FaceId], view: &View) -> f32 {
+    let bvh = Bvh::build(scene);
+    let (mut wrong, mut all) = (0, 0);
+    for x in points(view) {
+        let Some((_, leaf, weights)) = holder(mirror, faces, x) else { continue };
+        let values = leaf.all_slots().map(|slot| mirror.slots[&slot].diffuse.x).collect::<Vec<_>>();
+        let shown = if leaf.flat.is_some() { values[3] } else { (0..3).map(|i| values[i] * weights[i]).sum() };
+        let to_light = LIGHT - x;
+        let ray = Ray { origin: x + Vec3::Y * 1e-4, direction: to_light.normalize(), t_max: to_light.length() };
+        let lit = if bvh.occluded(scene, &ray) { 0.0 } else { 1.0 };
+        let exact = lit * ray.direction.y / to_light.length_squared() / PI;
+        wrong += u32::from((shown - exact).abs() > 0.02 * 0.1);
+        all += 1;
+    }
+    wrong as f32 / all as f32
+}
+
+fn counting(seed: u64) -> Options {
+    Options { min_pixels: 3.0, shadow_size: 0.2, counted: true, ..options(seed) }
+}
+
+#[test]
+fn shadow_edges_are_right_to_the_pixel() {
+    let (scene, floor) = scene();
+    let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
+    let mut engine = engine_with(scene.clone(), 1, counting(1));
+    let mut mirror = Mirror::default();
+    // The second camera finds what the first has sampled in other places; the third is the first again.
+    for (shift, generation) in [(0.0, 1), (0.013, 2), (0.0, 3)] {
+        let view = view(&scene, shift);
+        solve(&mut engine, &mut mirror, &faces, (&view, generation));
+        let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
+        println!("{:.2} % of the pixels wrong, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
+        assert!(wrong <= 0.001, "{wrong}");
+        engine.cache().validate();
+    }
+    // Without its pixels known, the edge is left to interpolation.
+    let mut engine = engine_with(scene.clone(), 1, Options { counted: false, ..counting(1) });
+    let mirror = by_hand::solve_pixels(&mut engine, &faces, 1500, view(&scene, 0.0).eye);
+    let wrong = wrong_pixels(&mirror, &scene, &faces, &view(&scene, 0.0));
+    println!("{:.2} % wrong without, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
+    assert!(wrong > 0.004, "{wrong}");
+}
+
+#[test]
+fn threads_change_nothing() {
+    let [one, two] = [1, 2].map(|threads| {
+        let (scene, floor) = scene();
+        let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
+        let mut engine = engine_with(scene.clone(), threads, counting(3));
+        let mut mirror = Mirror::default();
+        solve(&mut engine, &mut mirror, &faces, (&view(&scene, 0.0), 1));
+        let mut slots: Vec<_> = mirror.slots.into_iter().collect();
+        slots.sort_by_key(|(id, _)| *id);
+        slots
+    });
+    assert_eq!(one, two);
+}
