@@ -177,7 +177,7 @@ impl Run<'_> {
             self.replay_all(scene, &mut renderer, recording, choice, &fitting, is_first)?;
         }
         match recordings.first() {
-            Some(recording) if is_first => self.measure_costs(&mut renderer, recording, &fitting),
+            Some(recording) if is_first => self.measure_costs(scene, &mut renderer, recording, &fitting),
             _ => Ok(()),
         }
     }
@@ -241,15 +241,21 @@ impl Run<'_> {
     }
 
     /// Costs on the mesh that a recording ends with.
-    fn measure_costs(&mut self, renderer: &mut Renderer, recording: &Recording, modes: &[UpdateMode]) -> Result<()> {
+    fn measure_costs(
+        &mut self,
+        scene: &Scene,
+        renderer: &mut Renderer,
+        recording: &Recording,
+        modes: &[UpdateMode],
+    ) -> Result<()> {
         let mut mesh = Mesh::default();
         recording.updates.iter().for_each(|update| mesh.apply(update));
         renderer.set_view(&recording.view, Vec2::ZERO);
         renderer.visibility()?;
         for &patches in self.args.what.patches.iter().filter(|_| self.args.what.runs > 0) {
             self.say(format!("cost of {patches} patches"));
-            let runs = self.args.what.runs as usize;
-            let costs = cost::measure(renderer, &mesh, modes, patches as usize, runs, &interrupt::requested)?;
+            let often = (patches as usize, self.args.what.runs as usize);
+            let costs = cost::measure(renderer, (scene, &mesh), modes, often, &interrupt::requested)?;
             self.report.costs.extend(costs.iter().map(CostRow::from));
         }
         Ok(())

@@ -4,6 +4,7 @@ use super::args::{CompareArgs, Tilt, thread_count};
 use super::tilts::{Anchor, view};
 use super::{interrupt, refinement};
 use crate::compare::Recording;
+use crate::compare::names::make_distinct;
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::pass::{FrameOptions, Renderer, UpdateMode};
@@ -77,6 +78,7 @@ impl Studio<'_> {
             self.show(renderer, &mut engine, &update)?;
             updates.push(update);
         }
+        make_distinct(&mut updates);
         Ok(Recording { tilt: tilt.name(), degrees: tilt.degrees(), camera, view, updates })
     }
 

@@ -4,6 +4,8 @@ use super::mesh::Mesh;
 use crate::error::Result;
 use crate::pass::{FrameOptions, Renderer, UpdateMode};
 use crate::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
+use crate::scene::Scene;
+use glam::Vec3;
 
 /// What a mode took for an update of so many patches: medians over the runs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,20 +35,19 @@ struct Split {
     merge: Update,
 }
 
-/// Measures an update of `patches` patches of what `mesh` holds, in turns over `runs` runs. The renderer has the mesh's scene and
-/// view. `stop` ends it early: what is there then is the medians of fewer runs, or nothing.
+/// Measures an update of `patches` patches of what `mesh` holds, in turns over `runs` runs. The renderer has this scene and the
+/// mesh's view. `stop` ends it early: what is there then is the medians of fewer runs, or nothing.
 ///
 /// # Errors
 /// The device is lost or memory runs out.
 pub fn measure(
     renderer: &mut Renderer,
-    mesh: &Mesh,
+    (scene, mesh): (&Scene, &Mesh),
     modes: &[UpdateMode],
-    patches: usize,
-    runs: usize,
+    (patches, runs): (usize, usize),
     stop: &dyn Fn() -> bool,
 ) -> Result<Vec<Cost>> {
-    let Some(split) = Split::new(mesh, patches) else { return Ok(Vec::new()) };
+    let Some(split) = Split::new(scene, mesh, patches) else { return Ok(Vec::new()) };
     renderer.reset_leaves();
     renderer.apply(&split.base)?;
     let mut samples: Vec<Vec<Cost>> = vec![Vec::new(); modes.len()];
@@ -82,17 +83,19 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 
 impl Split {
     /// Splits `patches` leaves, evenly spread over the mesh; all of them are split first as often as it takes to have so many.
-    /// `None` for an empty mesh.
-    fn new(mesh: &Mesh, patches: usize) -> Option<Self> {
-        let mut leaves: Vec<(Leaf, [Slot; 3])> =
-            mesh.drawn().map(|(_, leaf, corners)| (Leaf { flat: None, ..leaf }, corners)).collect();
+    /// Leaves that are parts of a node, beside finer ones, are left alone. `None` for an empty mesh.
+    fn new(scene: &Scene, mesh: &Mesh, patches: usize) -> Option<Self> {
+        let leaves = mesh.drawn().map(|(_, leaf, corners)| (Leaf { flat: None, ..leaf }, corners));
+        let (mut leaves, parts): (Vec<_>, Vec<_>) = leaves.partition(|(leaf, corners)| is_whole(scene, leaf, corners));
         if leaves.is_empty() {
             return None;
         }
         while leaves.len() < patches {
             leaves = leaves.iter().flat_map(|&(leaf, corners)| quarters(leaf, corners)).collect();
         }
-        let chosen = |i: usize| (i + 1) * patches / leaves.len() > i * patches / leaves.len();
+        let whole = leaves.len();
+        let chosen = |i: usize| i < whole && (i + 1) * patches / whole > i * patches / whole;
+        leaves.extend(parts);
         let mut this = Self { base: Update::default(), split: Update::default(), merge: Update::default() };
         let mut ids = mesh.free_ids();
         let mut new_leaf = |update: &mut Update, leaf: Leaf, corners: [Slot; 3]| {
@@ -133,6 +136,13 @@ impl Split {
         renderer.apply(&self.merge)?;
         Ok(cost)
     }
+}
+
+/// Whether a leaf is a whole node: as large as its level says.
+fn is_whole(scene: &Scene, leaf: &Leaf, corners: &[Slot; 3]) -> bool {
+    let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
+    let node = area(scene.corners(leaf.face.triangle())) * 0.25_f32.powi(i32::from(leaf.level));
+    area(corners.map(|slot| slot.position)) > 0.9 * node
 }
 
 /// The four parts of a leaf between the middles of its edges.
@@ -185,21 +195,23 @@ mod tests {
     #[test]
     fn a_split_has_as_many_patches_as_asked_for() {
         let mut update = Update::default();
+        let scene =
+            Scene { positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y], triangles: vec![[0, 1, 2]; 3], ..Scene::default() };
         for face in 0..3 {
             let slots = [0, 1, 2].map(|k| SlotId(3 * face + k));
             for (slot, position) in slots.into_iter().zip([Vec3::ZERO, Vec3::X, Vec3::Y]) {
                 let slot_value = Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
                 update.slots.push((slot, slot_value));
             }
-            let leaf = Leaf { slots, face: FaceId(face), level: 0, flat: None };
+            let leaf = Leaf { slots, face: FaceId(2 * face), level: 0, flat: None };
             update.leaves.push((LeafId(face), leaf));
             patch(&mut update, leaf, &[], &[LeafId(face)]);
         }
         let mut mesh = Mesh::default();
-        assert!(Split::new(&mesh, 1).is_none());
+        assert!(Split::new(&scene, &mesh, 1).is_none());
         mesh.apply(&update);
         for patches in [1, 2, 3, 10, 48, 100] {
-            let split = Split::new(&mesh, patches).expect("a mesh");
+            let split = Split::new(&scene, &mesh, patches).expect("a mesh");
             assert_eq!((split.split.patches.len(), split.merge.patches.len()), (patches, patches));
             assert_eq!(split.split.leaves.len(), 4 * patches);
             let area = |update: &Update| {

@@ -6,6 +6,7 @@
 pub mod artefacts;
 pub mod cost;
 pub mod mesh;
+pub mod names;
 pub mod page;
 pub mod pictures;
 mod plot;

@@ -159,10 +159,10 @@ fn plots(report: &Report) -> String {
             y_label: "stale pixels",
             y_tick: |v| if v <= 10f64.powi(FLOOR) { "≤ 0.0001 %".to_owned() } else { percent(v) },
         };
-        let _ = write!(
+        let _ = writeln!(
             text,
             "<figure>{}<figcaption>{}, {:.0}° from the normal, {depth}: share of the picture that shows triangles which are no \
-             longer part of the mesh</figcaption></figure>\n",
+             longer part of the mesh</figcaption></figure>",
             svg(&axes, &lines),
             tilt.name,
             tilt.degrees

@@ -137,7 +137,8 @@ impl Writes {
         for (pixel, &now) in light.writes.iter().enumerate() {
             let written = now.saturating_sub(if full { 0 } else { self.before[pixel] });
             self.since[pixel] = self.since[pixel].saturating_add(written);
-            self.doubled[pixel] |= written > 1;
+            // A full redraw also writes what is hidden later.
+            self.doubled[pixel] |= written > 1 && !full;
         }
         self.before.copy_from_slice(&light.writes);
     }

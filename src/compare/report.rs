@@ -398,7 +398,7 @@ fn csv_text(header: &str, rows: impl Iterator<Item = Vec<String>>) -> Result<Str
 pub fn percent(share: f64) -> String {
     let value = share * 100.0;
     match value {
-        v if v == 0.0 => "0".to_owned(),
+        0.0 => "0".to_owned(),
         v if v >= 9.95 => format!("{v:.0} %"),
         v if v >= 0.995 => format!("{v:.1} %"),
         v => {
