@@ -167,6 +167,10 @@ impl Run<'_> {
         let depth = Depth::new(&self.device, Some(choice.format), choice.order)?;
         let mut fitting = modes.to_vec();
         fitting.retain(|mode| depth.check(*mode).is_ok());
+        if fitting.is_empty() {
+            // Nothing can be compared on this depth: why not, by the first.
+            return modes.first().map_or(Ok(()), |mode| depth.check(*mode));
+        }
         let mut renderer = self.renderer(scene, depth, fitting.clone(), true)?;
         if !renderer.stencil_works() && fitting.iter().any(|mode| mode.needs_stencil()) {
             fitting.retain(|mode| !mode.needs_stencil());
