@@ -2,7 +2,7 @@
 
 use clap::{CommandFactory as _, Parser as _};
 use penombre::cli::args::{Cli, Command, PixelFilter, ReferenceArgs, RenderArgs};
-use penombre::pass::UpdateMode;
+use penombre::pass::{DepthFormat, DepthOrder, UpdateMode};
 use penombre::scene::camera::ImageSize;
 use penombre::scene::{Display, ToneMapping};
 use std::path::PathBuf;
@@ -62,7 +62,7 @@ fn render_needs_a_scene_and_an_output_only() {
     assert_eq!(args.scene.size, ImageSize { width: 1024, height: 768 });
     assert_eq!(args.output.paths, [PathBuf::from("a.exr")]);
     assert_eq!((args.output.exposure, args.output.tone_mapping), (None, None), "the scene's");
-    assert_eq!((args.update, args.output.aa, args.refresh), (UpdateMode::Stencil, 1, Duration::from_millis(40)));
+    assert_eq!((args.update, args.output.aa, args.refresh), (UpdateMode::Id, 1, Duration::from_millis(40)));
     assert_eq!((args.engine.threads, args.engine.seed, args.engine.deterministic), (None, 0, false));
     assert!(args.budget.time.is_none() && args.budget.frames.is_none() && args.log.is_none());
     assert!(refused("render -o a.exr").contains("SCENE"));
@@ -72,7 +72,7 @@ fn render_needs_a_scene_and_an_output_only() {
 #[test]
 fn every_option_of_render_reaches_its_field() {
     let args = render(
-        "s.obj -o a.exr -o b.PNG --size 640x480 --camera desk --device llvm --threads 2 --seed 7 --update id \
+        "s.obj -o a.exr -o b.PNG --size 640x480 --camera desk --device llvm --threads 2 --seed 7 --update stencil-export --depth-format d24s8 --depth ordinary \
          --log f.csv --reference r.exr --exposure -1.5 --tone-mapping pbr-neutral --aa 16 --refresh 20 -v \
          --time 2.5 --frames 3 --rays 4 --error 0.05",
     );
@@ -81,7 +81,8 @@ fn every_option_of_render_reaches_its_field() {
     assert_eq!(args.scene.camera.as_deref(), Some("desk"));
     assert_eq!(args.device.device.as_deref(), Some("llvm"));
     assert_eq!((args.engine.threads, args.engine.seed), (Some(2), 7));
-    assert_eq!(args.update, UpdateMode::Id);
+    assert_eq!(args.update, UpdateMode::StencilExport);
+    assert_eq!((args.depth.depth_format, args.depth.depth), (Some(DepthFormat::D24S8), DepthOrder::Ordinary));
     assert_eq!((args.log, args.reference), (Some("f.csv".into()), Some("r.exr".into())));
     assert_eq!((args.output.exposure, args.output.tone_mapping), (Some(-1.5), Some(ToneMapping::PbrNeutral)));
     assert_eq!((args.output.aa, args.refresh), (16, Duration::from_millis(20)));

@@ -13,7 +13,10 @@ use std::time::Duration;
 fn compare(folder: &Path, options: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_penombre"));
     let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_box/cornell_box.toml");
-    command.arg("compare").arg(scene).args(["--size", "256x192"]);
+    command.arg("compare").arg(scene).args(["--threads", "1"]);
+    if !options.contains("--size") {
+        command.args(["--size", "256x192"]);
+    }
     if !options.contains("--out") {
         command.args(["--out", "report"]);
     }
@@ -100,7 +103,7 @@ fn the_report_is_complete() {
     }
     let folder = tempfile::tempdir().unwrap();
     let options = "--updates 4 --every 3 --runs 2 --patches 5,40 --tilts oblique --modes id,depth-equal \
-        --depth-formats d16,d32s8 --depth ordinary --threads 1 --direct-only";
+        --depth-formats d16,d32s8 --depth ordinary --direct-only";
     let output = run(folder.path(), options);
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(0), "{said}");
@@ -164,6 +167,8 @@ fn limits_and_refusals_have_their_statuses() {
     let stencilless = run(folder.path(), "--modes stencil --depth-formats d16 -q");
     assert_eq!(stencilless.status.code(), Some(2));
     assert!(stderr(&stencilless).contains("d32s8 or d24s8"), "{}", stderr(&stencilless));
+    let huge = run(folder.path(), "--size 16000x16000 --updates 1000");
+    assert!(huge.status.code() == Some(2) && stderr(&huge).contains("--every"), "{}", stderr(&huge));
     fs::write(folder.path().join("file"), "").unwrap();
     let blocked = run(folder.path(), "--out file/report");
     assert_eq!(blocked.status.code(), Some(2), "{}", stderr(&blocked));

@@ -32,6 +32,7 @@ const REPORTS: [&str; 4] = ["report.html", "report.json", "artefacts.csv", "cost
 /// # Errors
 /// Bad input, no usable device or one that lacks what was asked for, a lost device, or an output that cannot be written.
 pub fn run(args: &CompareArgs, start: Instant) -> Result<Outcome> {
+    check_memory(args)?;
     prepare_folder(&args.out)?;
     let device = Device::new(&DeviceOptions { device: args.device.device.clone(), validation: None })?;
     let mut report = new_report(args, &device);
@@ -65,6 +66,24 @@ fn prepare_folder(folder: &Path) -> Result<()> {
     atomic::check_writable(&files.each_ref().map(|path| path.as_path()))
 }
 
+/// Bytes that full redraws may take on the host: what they show is kept for each comparison.
+const MAX_BYTES: u64 = 4 << 30;
+/// Bytes of a pixel of those: radiance, and the triangle by depth and by look-up.
+const PIXEL_BYTES: u64 = 20;
+
+fn check_memory(args: &CompareArgs) -> Result<()> {
+    let comparisons = u64::from(args.recording.updates.div_ceil(args.recording.every));
+    let bytes = args.size.pixels() as u64 * PIXEL_BYTES * comparisons;
+    if bytes <= MAX_BYTES {
+        return Ok(());
+    }
+    let [needed, allowed] = [bytes, MAX_BYTES].map(|b| b >> 20);
+    Err(Error::Usage(format!(
+        "{comparisons} comparisons of pictures of this size take {needed} MiB, at most {allowed} are allowed; try a larger \
+         --every, fewer --updates or a smaller --size"
+    )))
+}
+
 fn new_report(args: &CompareArgs, device: &Device) -> Report {
     Report {
         command: std::env::args().collect(),
@@ -89,6 +108,7 @@ fn depths(args: &CompareArgs, device: &Device, report: &mut Report) -> Result<Ve
     for &order in &args.what.depth {
         for &format in asked {
             match Depth::new(device, Some(format), order) {
+                Ok(_) if choices.contains(&DepthChoice { format, order }) => {}
                 Ok(_) => choices.push(DepthChoice { format, order }),
                 Err(lacking) if args.what.depth_formats.is_empty() => report.refused.push(lacking.to_string()),
                 Err(lacking) => return Err(lacking),
@@ -144,8 +164,9 @@ impl Run<'_> {
         let anchor = studio.anchor(&mut renderer)?;
         let mut recordings = Vec::new();
         for &tilt in &self.args.what.tilts {
-            if interrupt::requested() {
-                break;
+            let known = self.report.tilts.iter().any(|row| row.name == tilt.name());
+            if known || interrupt::requested() {
+                continue;
             }
             self.say(format!("recording: {}", tilt.name()));
             let recording = studio.record(&mut renderer, &anchor, tilt)?;
@@ -208,7 +229,8 @@ impl Run<'_> {
                 return Ok(());
             }
             let shown = displayed(&outcome.radiance, &scene.display);
-            let map = flip::error_map(&shown, &wanted, size);
+            // Most modes end with the very picture.
+            let map = if shown == wanted { vec![0.0] } else { flip::error_map(&shown, &wanted, size) };
             self.report.modes.push(ModeRow::new(
                 &outcome,
                 recording.tilt,

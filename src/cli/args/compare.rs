@@ -93,7 +93,7 @@ pub enum Tilt {
 #[command(next_help_heading = "Recording")]
 pub struct RecordingArgs {
     /// Updates of the refinement, each drawn as a frame
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 32,
+    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 16,
         value_parser = clap::value_parser!(u32).range(1..=MAX_UPDATES as i64))]
     pub updates: u32,
     /// Rays of an update

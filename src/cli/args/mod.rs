@@ -92,8 +92,8 @@ pub struct RenderArgs {
     /// What is refined.
     #[command(flatten)]
     pub refinement: RefinementArgs,
-    /// How changed lighting is redrawn
-    #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode(), help_heading = GPU)]
+    /// How changed lighting is redrawn: `id` was measured to be exact and as cheap as any (see `penombre compare`)
+    #[arg(long, value_name = "MODE", default_value = "id", value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,
     /// How depth is kept.
     #[command(flatten)]

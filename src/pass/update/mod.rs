@@ -22,9 +22,9 @@ use crate::vk::DeviceReport;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
 pub enum UpdateMode {
     /// The paper's: old triangles mark the stencil by depth EQUAL, new ones draw where they did.
-    #[default]
     Stencil,
-    /// New triangles where the face-id image shows their face.
+    /// New triangles where the face-id image shows their face: the default, by the figures of docs/update-modes.md.
+    #[default]
     Id,
     /// New triangles where they are not farther than what was drawn last.
     DepthLessEqual,
