@@ -185,7 +185,9 @@ pub fn replay(
         let (written, doubled) = (writes.since.as_slice(), writes.doubled.as_slice());
         let shown = Shown { light: &light, written, doubled, goes_by_face: mode.goes_by_face(), since };
         outcome.add(number, compare(&truths.surface, &mesh, &point.truth, masks, &shown));
-        outcome.marks = marks(&truths.surface, &mesh, &point.truth, masks, &shown);
+        if number + 1 == recording.updates.len() {
+            outcome.marks = marks(&truths.surface, &mesh, &point.truth, masks, &shown);
+        }
         since = mesh.updates();
         writes.restart();
     }
