@@ -239,21 +239,21 @@ impl Run<'_> {
             ));
             outcomes.push((outcome, shown));
         }
-        self.save_pictures(recording, choice, &outcomes, keeps_pictures)
+        self.save_pictures((recording, choice), &outcomes, &wanted, keeps_pictures)
     }
 
     /// Writes the pictures of a tilt on a depth; those of the first depth go into the page, too.
     fn save_pictures(
         &mut self,
-        recording: &Recording,
-        choice: DepthChoice,
+        (recording, choice): (&Recording, DepthChoice),
         outcomes: &[(replay::Outcome, Vec<[u8; 3]>)],
+        wanted: &[[u8; 3]],
         keep: bool,
     ) -> Result<()> {
         let size = self.args.size;
         let wrong = |outcome: &replay::Outcome| outcome.counts.stale;
-        let Some((most, _)) = outcomes.iter().max_by_key(|(outcome, _)| wrong(outcome)) else { return Ok(()) };
-        let part = Part::most_marked(size, &most.marks);
+        let Some((_, most)) = outcomes.iter().max_by_key(|(outcome, _)| wrong(outcome)) else { return Ok(()) };
+        let part = Part::most_different(size, most, wanted);
         for (outcome, shown) in outcomes {
             let pictures = Pictures::new(size, shown, &outcome.marks, part)?;
             let name = format!("{}_{}_{}", recording.tilt, choice.name(), outcome.mode.name());

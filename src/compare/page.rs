@@ -106,12 +106,12 @@ fn key(mode: &str) -> String {
 
 fn summary_table(report: &Report) -> String {
     let counts: Vec<usize> = cost_counts(report);
-    let unit = if report.costs_are_cpu() { "CPU ms" } else { "GPU ms" };
-    let costs: String = counts.iter().map(|&n| format!("<th>{unit}, {} patches</th>", number(n as f64))).collect();
+    let unit = if report.costs_are_cpu() { "CPU milliseconds" } else { "milliseconds of the device" };
+    let costs: String = counts.iter().map(|&n| format!("<th>ms for {}</th>", number(n as f64))).collect();
     let mut text = format!(
         "<h2>All modes</h2>\n<p>The worst over all depth formats and tilts, in shares of the pixels that an update had to change; stale \
          and wrong pixels (off by more than 2 %) in shares of the picture after the last update. Green is within what cracks between \
-         triangles leave: {} missed, {} foreign.</p>\n<div class=\"scroll\"><table>\n<tr><th>mode</th><th>missed</th><th>foreign</th>\
+         triangles leave: {} missed, {} foreign. Costs are {unit} of updates of so many patches.</p>\n<div class=\"scroll\"><table>\n<tr><th>mode</th><th>missed</th><th>foreign</th>\
          <th>double</th><th>stale</th><th>wrong</th><th>mean error</th><th>FLIP</th>{costs}</tr>\n",
         percent(CLEAN_MISSED),
         percent(CLEAN_FOREIGN)

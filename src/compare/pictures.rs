@@ -76,18 +76,17 @@ pub fn displayed(radiance: &[Vec3], display: &Display) -> Vec<[u8; 3]> {
 }
 
 impl Part {
-    /// The part of an image with the most marks; the middle if there are none.
+    /// The part of an image where two pictures differ most; the middle if they do not.
     #[must_use]
-    pub fn most_marked(size: ImageSize, marks: &[Mark]) -> Self {
+    pub fn most_different(size: ImageSize, shown: &[[u8; 3]], wanted: &[[u8; 3]]) -> Self {
+        let difference = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).map(|(a, b)| u32::from(a.abs_diff(*b))).sum();
+        let differences: Vec<u32> = shown.iter().zip(wanted).map(difference).collect();
         let part = ImageSize { width: ZOOM[0].min(size.width), height: ZOOM[1].min(size.height) };
         let step = |whole: u32, part: u32| (0..=whole - part).step_by((part as usize / 4).max(1));
         let corners = step(size.height, part.height).flat_map(|y| step(size.width, part.width).map(move |x| [x, y]));
-        let count = |corner: &[u32; 2]| {
-            let inside = Self { corner: *corner, size: part }.of(size, marks);
-            inside.iter().filter(|&&mark| mark != Mark::Nothing).count()
-        };
+        let sum = |corner: &[u32; 2]| Self { corner: *corner, size: part }.of(size, &differences).iter().sum::<u32>();
         let centre = [(size.width - part.width) / 2, (size.height - part.height) / 2];
-        let best = corners.map(|corner| (count(&corner), corner)).max_by_key(|c| c.0).filter(|c| c.0 > 0);
+        let best = corners.map(|corner| (sum(&corner), corner)).max_by_key(|c| c.0).filter(|c| c.0 > 0);
         Self { corner: best.map_or(centre, |c| c.1), size: part }
     }
 
@@ -105,18 +104,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_part_lies_where_the_marks_are() {
+    fn the_part_lies_where_the_pictures_differ() {
         let size = ImageSize { width: 300, height: 200 };
-        let mut marks = vec![Mark::Nothing; size.pixels()];
-        assert_eq!(Part::most_marked(size, &marks).corner, [102, 64]);
+        let wanted = vec![[100; 3]; size.pixels()];
+        let mut shown = wanted.clone();
+        assert_eq!(Part::most_different(size, &shown, &wanted).corner, [102, 64]);
         for y in 150..160 {
-            marks[y * 300 + 250] = Mark::Stale;
+            shown[y * 300 + 250] = [100, 90, 130];
         }
-        let part = Part::most_marked(size, &marks);
+        let part = Part::most_different(size, &shown, &wanted);
         assert!(part.corner[0] <= 250 && part.corner[0] + 96 > 250, "{part:?}");
         assert!(part.corner[1] <= 150 && part.corner[1] + 72 >= 160, "{part:?}");
         let tiny = ImageSize { width: 5, height: 4 };
-        assert_eq!(Part::most_marked(tiny, &[Mark::Nothing; 20]).size, tiny);
+        assert_eq!(Part::most_different(tiny, &[[0; 3]; 20], &[[9; 3]; 20]).size, tiny);
     }
 
     #[test]

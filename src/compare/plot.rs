@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 /// Size in units of the drawing.
 const SIZE: [f64; 2] = [460.0, 280.0];
 /// Left, top, right and bottom margin.
-const MARGIN: [f64; 4] = [84.0, 14.0, 12.0, 42.0];
+const MARGIN: [f64; 4] = [84.0, 14.0, 34.0, 42.0];
 
 /// A line.
 pub(super) struct Line {
@@ -168,6 +168,6 @@ mod tests {
             y_tick: |v| v.to_string(),
         };
         let text = svg(&axes, &[Line { name: "id", points: vec![[0.0, 0.0], [4.0, 1.0]] }]);
-        assert!(text.contains(r#"points="84.0,238.0 448.0,14.0""#), "{text}");
+        assert!(text.contains(r#"points="84.0,238.0 426.0,14.0""#), "{text}");
     }
 }
