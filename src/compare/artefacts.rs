@@ -301,7 +301,7 @@ mod tests {
         shown.goes_by_face = false;
         assert_eq!(compare(&surface, &mesh(), &truth, &truth.leaf_id, &shown).foreign, 0);
         // The full redraw's own face, which is not the visible one.
-        let light = LuminanceLayers { leaf_id: vec![4], ..light };
+        let light = LuminanceLayers { leaf_id: vec![4], ..light.clone() };
         let mut shown = Shown { light: &light, ..shown };
         assert_eq!(compare(&surface, &mesh(), &truth, &truth.leaf_id, &shown).foreign, 0);
         shown.goes_by_face = true;
