@@ -210,7 +210,7 @@ fn image_options_hold_what_makes_the_image_and_nothing_else() {
     assert_eq!(one.image_options(), two.image_options());
     assert_eq!(
         one.image_options(),
-        "penombre render s.toml --size 8x4 --camera c --seed 3 --update stencil --aa 1 --frames 9"
+        "penombre render s.toml --size 8x4 --camera c --seed 3 --update id --aa 1 --frames 9"
     );
     let args = reference("s.toml -o r.exr --direct-only --size 8x4 --time 3 --threads 2");
     assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --direct-only --filter box");

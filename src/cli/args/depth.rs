@@ -20,6 +20,14 @@ pub struct DepthArgs {
 }
 
 impl DepthArgs {
+    /// The options as typed, where they are not the default.
+    #[must_use]
+    pub fn image_options(&self) -> String {
+        let format = self.depth_format.map_or_else(String::new, |f| format!(" --depth-format {}", f.name()));
+        let order = if self.depth == DepthOrder::default() { "" } else { " --depth ordinary" };
+        format + order
+    }
+
     /// Depth on a device.
     ///
     /// # Errors

@@ -409,6 +409,7 @@ impl RenderArgs {
     pub fn image_options(&self) -> String {
         let mut text = self.scene.image_options("render", self.engine.seed);
         text += &format!(" --update {} --aa {}", self.update.name(), self.output.aa);
+        text += &self.depth.image_options();
         match self.refinement {
             RefinementArgs { direct_only: true, .. } => text += " --direct-only",
             RefinementArgs { hemisphere: Method::Stratified, .. } => {}
