@@ -1,8 +1,12 @@
 //! What was typed: every option reaches its field, every mistake is a message.
 
 use clap::{CommandFactory as _, Parser as _};
-use penombre::cli::args::{Cli, Command, PixelFilter, ReferenceArgs, RenderArgs};
-use penombre::pass::{DepthFormat, DepthOrder, UpdateMode};
+use penombre::cli::args::{Cli, Command, RenderArgs};
+use penombre::cli::args_bench::Study;
+use penombre::cli::args_reference::{PixelFilter, ReferenceArgs};
+use penombre::estimate::hemisphere::Method;
+use penombre::pass::UpdateMode;
+use penombre::refine::options::Priority;
 use penombre::scene::camera::ImageSize;
 use penombre::scene::{Display, ToneMapping};
 use std::path::PathBuf;
@@ -72,7 +76,7 @@ fn render_needs_a_scene_and_an_output_only() {
 #[test]
 fn every_option_of_render_reaches_its_field() {
     let args = render(
-        "s.obj -o a.exr -o b.PNG --size 640x480 --camera desk --device llvm --threads 2 --seed 7 --update stencil-export --depth-format d24s8 --depth ordinary \
+        "s.obj -o a.exr -o b.PNG --size 640x480 --camera desk --device llvm --threads 2 --seed 7 --update id \
          --log f.csv --reference r.exr --exposure -1.5 --tone-mapping pbr-neutral --aa 16 --refresh 20 -v \
          --time 2.5 --frames 3 --rays 4 --error 0.05",
     );
@@ -81,8 +85,7 @@ fn every_option_of_render_reaches_its_field() {
     assert_eq!(args.scene.camera.as_deref(), Some("desk"));
     assert_eq!(args.device.device.as_deref(), Some("llvm"));
     assert_eq!((args.engine.threads, args.engine.seed), (Some(2), 7));
-    assert_eq!(args.update, UpdateMode::StencilExport);
-    assert_eq!((args.depth.depth_format, args.depth.depth), (Some(DepthFormat::D24S8), DepthOrder::Ordinary));
+    assert_eq!(args.update, UpdateMode::Id);
     assert_eq!((args.log, args.reference), (Some("f.csv".into()), Some("r.exr".into())));
     assert_eq!((args.output.exposure, args.output.tone_mapping), (Some(-1.5), Some(ToneMapping::PbrNeutral)));
     assert_eq!((args.output.aa, args.refresh), (16, Duration::from_millis(20)));
@@ -160,16 +163,53 @@ fn every_option_of_bench_arrives() {
     let line = "bench s.toml --camera c --json --threads 3 --seed 5 -q";
     let Ok(Command::Bench(args)) = parse(line) else { panic!("{line}") };
     assert_eq!((args.scene, args.camera.as_deref()), (Some("s.toml".into()), Some("c")));
-    assert_eq!((args.json, args.threads, args.seed, args.verbosity.quiet), (true, Some(3), 5, true));
+    assert_eq!((args.json, args.cpu.threads, args.cpu.seed, args.cpu.verbosity.quiet), (true, Some(3), 5, true));
     let Ok(Command::Bench(args)) = parse("bench") else { panic!("no scene") };
-    assert_eq!((args.scene, args.seed), (None, 0));
+    assert_eq!((args.scene, args.cpu.seed), (None, 0));
+}
+
+#[test]
+fn every_option_of_bench_convergence_arrives() {
+    let convergence = |options: &str| {
+        let line = format!("bench convergence s.toml --reference r.exr {options}");
+        match parse(&line) {
+            Ok(Command::Bench(args)) => match args.study {
+                Some(Study::Convergence(args)) => args,
+                None => panic!("{line}"),
+            },
+            other => panic!("{line}: {other:?}"),
+        }
+    };
+    let args = convergence(
+        "--camera c --time 2.5 --filtered --match-method --json --plot p.svg --threads 3 --seed 5 -q --min-pixels 0 \
+         --hemisphere paper --priority random --device llvm",
+    );
+    assert_eq!((args.scene, args.camera.as_deref()), ("s.toml".into(), Some("c")));
+    assert_eq!((args.reference, args.plot), ("r.exr".into(), Some("p.svg".into())));
+    assert_eq!((args.time, args.filtered, args.match_method), (Duration::from_millis(2500), true, true));
+    assert_eq!((args.json, args.cpu.threads, args.cpu.seed, args.cpu.verbosity.quiet), (true, Some(3), 5, true));
+    assert_eq!((args.refinement.min_pixels, args.device.device.as_deref()), (0.0, Some("llvm")));
+    assert_eq!((args.refinement.hemisphere, args.refinement.priority), (Method::Paper, Priority::Random));
+    let args = convergence("");
+    assert_eq!((args.time, args.filtered, args.plot), (Duration::from_secs(10), false, None));
+    for (line, part) in [
+        ("bench convergence s.toml", "--reference"),
+        ("bench convergence --reference r.exr", "SCENE"),
+        ("bench convergence s.toml --reference r.exr --plot p.png", ".svg"),
+        ("bench convergence s.toml --reference r.png", ".exr"),
+        ("bench convergence s.toml --reference r.exr --direct-only --match-method", "cannot be used with"),
+        ("bench s.toml --min-pixels 0", "--min-pixels"),
+    ] {
+        assert!(refused(line).contains(part), "{line}");
+    }
+    assert!(convergence("--plot r.exr.svg").check().is_ok());
 }
 
 #[test]
 fn reference_options() {
     let args = reference("s.toml -o r.exr --direct-only --spp 64 --filter point --threads 3 --seed 5 --size 8x4");
     assert!(args.direct_only && !args.match_method);
-    assert_eq!((args.spp, args.filter, args.threads, args.seed), (Some(64), PixelFilter::Point, Some(3), 5));
+    assert_eq!((args.spp, args.filter, args.cpu.threads, args.cpu.seed), (Some(64), PixelFilter::Point, Some(3), 5));
     assert_eq!(args.max_spp(), 64);
 
     let args = reference("s.toml -o r.exr");
@@ -180,6 +220,14 @@ fn reference_options() {
     assert_eq!(reference("s.toml -o r.exr --time 5").max_spp(), u32::MAX);
     assert!(refused("reference s.toml -o r.png").contains(".exr"));
     assert!(refused("reference s.toml -o r.exr --spp 0").contains("--spp"));
+
+    let args = reference("s.toml -o r.exr --size 8x4 --pixels 32");
+    assert_eq!((args.pixels, args.check().is_ok()), (Some(32), true));
+    let message = reference("s.toml -o r.exr --size 8x4 --pixels 33").check().expect_err("too many").to_string();
+    assert!(message.contains("--pixels 33: the image has 32"), "{message}");
+    for bad in ["0", "-1", "1.5", "x", "5000000000"] {
+        assert!(refused(&format!("reference s.toml -o r.exr --pixels {bad}")).contains("--pixels"), "{bad}");
+    }
 }
 
 #[test]
@@ -192,7 +240,7 @@ fn outputs_are_checked_before_any_work() {
     assert_eq!(refused.lines().count(), 2, "the log and its summary: {refused}");
     let options = format!("s.obj -o {} --log {} --reference {}", at("r.exr"), at("a.csv"), at("./r.exr"));
     assert!(check(options).expect_err("replaced").contains("both the reference and an output"));
-    assert!(reference(&format!("s.obj -o {}", at("no/r.exr"))).check_outputs().is_err());
+    assert!(reference(&format!("s.obj -o {}", at("no/r.exr"))).check().is_err());
 }
 
 #[test]
@@ -216,6 +264,6 @@ fn image_options_hold_what_makes_the_image_and_nothing_else() {
     assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --direct-only --filter box");
     let args = reference("s.toml -o r.exr --match-method --size 8x4 --filter point");
     assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --match-method --filter point");
-    let args = reference("s.toml -o r.exr --size 8x4");
-    assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --filter box");
+    let args = reference("s.toml -o r.exr --size 8x4 --pixels 7");
+    assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --filter box --pixels 7");
 }

@@ -28,7 +28,7 @@ fn json(output: &Output) -> Value {
 fn write_exr(path: &Path, size: ImageSize, rgb: &[Vec3], variance: f32, mask: Option<&[bool]>) {
     let mean: Vec<Vec4> = rgb.iter().map(|c| c.extend(1.0)).collect();
     let variance = vec![Vec3::splat(variance); rgb.len()];
-    let layers = ReferenceLayers { size, mean: &mean, variance: &variance, mask };
+    let layers = ReferenceLayers { size, mean: &mean, variance: &variance, mask, sampled: None };
     write_reference(path, &layers, &Provenance::default()).unwrap();
 }
 
@@ -123,6 +123,36 @@ fn masks_leave_pixels_out_and_are_said() {
     let nothing = diff(folder.path(), "a.exr b.exr --mask black.png");
     assert_eq!(nothing.status.code(), Some(2));
     assert!(stderr(&nothing).contains("no pixel is left"), "{}", stderr(&nothing));
+}
+
+/// A pixel that one of the images has no value of is compared nowhere, and never counted as masked.
+#[test]
+fn pixels_that_were_not_sampled_are_left_out() {
+    let folder = folder();
+    let mean = [Vec4::new(1.0, 2.0, 3.0, 1.0), Vec4::ZERO];
+    let layers = ReferenceLayers {
+        size: SIZE,
+        mean: &mean,
+        variance: &[Vec3::splat(0.01); 2],
+        mask: Some(&[true, false]),
+        sampled: Some(&[true, false]),
+    };
+    write_reference(&folder.path().join("part.exr"), &layers, &Provenance::default()).unwrap();
+    for line in ["a.exr part.exr", "a.exr part.exr --mask half.png"] {
+        let json = json(&diff(folder.path(), &format!("{line} --json")));
+        close(&json["reference_mean"], 2.0);
+        close(&json["relmse"], (0.25 / 1.04 + 1.0 / 9.04) / 3.0);
+        close(&json["own_relmse"], 0.01 * (1.0 / 1.04 + 1.0 / 4.04 + 1.0 / 9.04) / 3.0);
+        assert_eq!((&json["counted"], &json["masked"], &json["not_sampled"]), (&1.into(), &0.into(), &1.into()));
+        assert!(json["flip"].is_null(), "{}", json["flip"]);
+        let text = String::from_utf8(diff(folder.path(), line).stdout).unwrap();
+        assert!(text.contains("1 compared, 0 masked (") && text.contains("), 1 not sampled"), "{text}");
+    }
+    let other_way = json(&diff(folder.path(), "part.exr b.exr --json"));
+    assert_eq!((&other_way["counted"], &other_way["not_sampled"]), (&1.into(), &1.into()));
+    let limit = diff(folder.path(), "a.exr part.exr --max-flip 1");
+    assert_eq!(limit.status.code(), Some(2));
+    assert!(stderr(&limit).contains("--max-flip"), "{}", stderr(&limit));
 }
 
 #[test]

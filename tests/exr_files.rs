@@ -161,19 +161,28 @@ fn a_reference_keeps_32_bits_variance_and_mask() {
     let mean = [Vec4::new(0.1, 1e7, 1e-20, 1.0), Vec4::new(f32::NAN, 0.0, 0.0, 0.0)];
     let variance = [Vec3::new(1e-12, 2.0, 3.0), Vec3::ZERO];
     let size = ImageSize { width: 1, height: 2 };
-    let mut layers = ReferenceLayers { size, mean: &mean, variance: &variance, mask: Some(&[true, false]) };
+    let mut layers =
+        ReferenceLayers { size, mean: &mean, variance: &variance, mask: Some(&[true, false]), sampled: None };
     let altered = write_reference(&path, &layers, &provenance()).unwrap();
     assert_eq!(altered, Altered { nan: 1, ..Default::default() });
     let read = read_rgb(&path).unwrap();
     assert_eq!(read.size, size);
     assert_eq!(read.rgb[0], mean[0].truncate(), "not a bit lost");
     assert!(read.rgb[1].x.is_nan(), "a fault stays visible");
+    assert_eq!((read.counted(), &read.sampled), (read.mask.clone(), &None));
     assert_eq!(read.variance.unwrap(), variance);
     assert_eq!(read.mask.unwrap(), [true, false]);
 
-    layers.mask = None;
+    layers.mask = Some(&[true, true]);
+    layers.sampled = Some(&[false, true]);
     write_reference(&path, &layers, &provenance()).unwrap();
-    assert_eq!(read_rgb(&path).unwrap().mask, None);
+    let read = read_rgb(&path).unwrap();
+    assert_eq!((read.counted(), read.sampled), (Some(vec![false, true]), Some(vec![false, true])));
+
+    (layers.mask, layers.sampled) = (None, None);
+    write_reference(&path, &layers, &provenance()).unwrap();
+    let read = read_rgb(&path).unwrap();
+    assert_eq!((read.counted(), read.mask), (None, None));
 }
 
 #[test]

@@ -18,7 +18,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("cache", &["math", "error", "scene", "geom", "shade", "estimate"]),
     ("refine", &["math", "error", "scene", "geom", "shade", "estimate", "cache"]),
     ("reference", &["math", "error", "scene", "geom", "shade", "image"]),
-    ("bench", &["math", "scene", "geom", "shade", "estimate", "reference", "refine::workers"]),
+    ("bench", &["math", "scene", "geom", "shade", "estimate", "image", "reference", "refine::workers"]),
     ("image", &["math", "error", "scene"]),
     ("log", &["math", "error", "scene", "image", "refine::update"]),
     ("vk", &["math", "error"]),

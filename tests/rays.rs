@@ -91,6 +91,43 @@ fn an_empty_scene_and_coincident_triangles_are_no_trouble() {
     assert!((hit.t - 1.0).abs() < 1e-6 && hit.back);
 }
 
+/// Of two triangles back to back each is met from its front, wherever its corners start.
+#[test]
+fn triangles_back_to_back_are_met_from_their_fronts() {
+    let corners = [Vec3::new(0.1, 0.0, 0.2), Vec3::new(0.9, 0.3, -0.4), Vec3::new(-0.0, 0.7, 0.5)];
+    for order in [[0, 2, 1], [2, 1, 0], [1, 0, 2]] {
+        // Corners of their own, as an OBJ file may have them.
+        for (shared, second) in [(true, 0), (false, 0), (true, 1)] {
+            let mut scene = Scene::default();
+            for _ in 0..2 {
+                material(&mut scene, |_| {});
+            }
+            triangle(&mut scene, corners, MaterialId(0));
+            if shared {
+                triangle(&mut scene, order.map(|i| corners[i]), MaterialId(second));
+            } else {
+                let positions = order.map(|i| corners[i] + Vec3::ZERO);
+                scene.positions.extend(positions);
+                scene.triangles.push([3, 4, 5]);
+                scene.normals.push([scene.geometric_normal(penombre::scene::TriangleId(1)); 3]);
+                scene.uvs.push([Vec2::ZERO; 3]);
+                scene.triangle_materials.push(MaterialId(second));
+            }
+            let bvh = Bvh::build(&scene);
+            let point = corners[0] * 0.5 + corners[1] * 0.3 + corners[2] * 0.2;
+            let normal = scene.geometric_normal(penombre::scene::TriangleId(0));
+            for (side, expected) in [(1.0, 0), (-1.0, 1)] {
+                let ray = Ray { origin: point + normal * side, direction: normal * -side, t_max: f32::INFINITY };
+                let hit = bvh.closest(&scene, &ray).expect("both are in the way");
+                assert_eq!((hit.triangle.0, hit.back), (expected, false), "{order:?}");
+                let [a, b, c] = scene.corners(hit.triangle);
+                let found = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+                assert!(found.distance(point) < 1e-5, "{order:?}: {found} {point}");
+            }
+        }
+    }
+}
+
 /// obvhs has an absolute tolerance; scenes have none.
 #[test]
 fn hits_do_not_depend_on_the_scale_of_the_scene() {

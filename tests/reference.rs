@@ -7,7 +7,7 @@ mod shapes;
 use by_hand::{light, material, patch};
 use glam::Vec3;
 use penombre::geom::bvh::Bvh;
-use penombre::reference::{Accumulator, Filter, ReferenceImage, Settings, Strategy, Transport};
+use penombre::reference::{Accumulator, Filter, ReferenceImage, Settings, Strategy, Transport, random_pixels};
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::LightKind;
 use penombre::scene::{Scene, load};
@@ -245,6 +245,36 @@ fn the_back_of_a_lamp_is_dark() {
     assert!(image.mean.iter().all(|m| m.truncate() == Vec3::ZERO));
 }
 
+/// Two opposite sheets in one place, as exporters write double-sided lamps: both sides emit, however their light is found.
+#[test]
+fn both_sides_of_a_lamp_of_two_sheets_emit() {
+    let mut scene = Scene::default();
+    let grey = material(&mut scene, |m| m.kd = Vec3::splat(0.5));
+    let lamp = material(&mut scene, |m| (m.kd, m.ke) = (Vec3::ZERO, Vec3::new(1.0, 2.0, 3.0)));
+    patch(&mut scene, Vec3::ZERO, Vec3::Z, Vec3::X, 1, grey);
+    patch(&mut scene, Vec3::Y, Vec3::X, Vec3::Z, 1, grey);
+    let corner = Vec3::new(0.3, 0.5, 0.3);
+    let mut triangles = patch(&mut scene, corner, Vec3::X * 0.4, Vec3::Z * 0.4, 1, lamp);
+    triangles.extend(patch(&mut scene, corner, Vec3::Z * 0.4, Vec3::X * 0.4, 1, lamp));
+    light(&mut scene, LightKind::Area { triangles });
+    let middle = Vec3::splat(0.5);
+    let mut walls = Vec::new();
+    for up in [1.0, -1.0] {
+        let onto_the_lamp = camera(middle + Vec3::Y * (0.4 * up), middle, 10.0);
+        let seen = render(&scene, &onto_the_lamp, FULL, 4, 14);
+        assert!(seen.mean.iter().all(|m| m.truncate() == Vec3::new(1.0, 2.0, 3.0)), "{}", seen.mean[0]);
+        let onto_the_wall = camera(middle + Vec3::Y * (0.1 * up), middle + Vec3::new(0.0, 0.5 * up, 0.01), 40.0);
+        walls.extend(
+            STRATEGIES.map(|strategy| estimate(&scene, &onto_the_wall, Settings { strategy, ..FULL }, 2048, 14)),
+        );
+    }
+    for wall in &walls[1..] {
+        walls[0].assert_agrees(*wall);
+    }
+    // k_d Ke F is 0.084 opposite the middle, with the form factor F of a point to a parallel square, and less around it.
+    assert!((0.076..0.084).contains(&walls[0].mean.x), "{:?}", walls[0]);
+}
+
 /// Direct and indirect irradiance of the Cornell box, from 3·10⁶ paths a point of another program.
 #[test]
 fn cornell_box_irradiances() {
@@ -302,6 +332,57 @@ fn threads_do_not_change_a_bit_and_seeds_do() {
     assert_eq!(one, run(2, 10));
     assert_eq!(one, run(3, 10));
     assert_ne!(one, run(1, 11));
+}
+
+/// Some of the pixels get the very samples that they would get among all, on any number of threads; nothing is claimed of the
+/// others.
+#[test]
+fn a_part_of_the_pixels_is_the_same_part_of_the_image() {
+    let (scene, camera) = gallery();
+    let all = render(&scene, &camera, FULL, 4, 10);
+    assert!(all.sampled.is_none());
+    let (bvh, lights) = (Bvh::build(&scene), Lights::new(&scene));
+    let world = World::new(&scene, &bvh, &lights, 10, scene.diagonal());
+    let view = View::new(&camera, ImageSize { width: 16, height: 16 }, scene.diagonal());
+    let chosen = random_pixels(view.size, 50);
+    let mean = |pixels: &mut dyn Iterator<Item = usize>, n: f32| pixels.map(|i| all.mean[i].x).sum::<f32>() / n;
+    let (of_all, of_part) = (mean(&mut (0..256), 256.0), mean(&mut chosen.iter().map(|&i| i as usize), 50.0));
+    let spread = (all.mean.iter().map(|m| (m.x - of_all).powi(2)).sum::<f32>() / 256.0).sqrt();
+    assert!((of_part - of_all).abs() < 3.0 * spread / 50_f32.sqrt(), "{of_part} of {of_all}, spread {spread}");
+    for threads in [1, 3] {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let mut accumulator = Accumulator::over(&view, chosen.clone());
+        for _ in 0..4 {
+            assert!(pool.install(|| accumulator.pass(&world, &view, FULL, || false)).finished);
+        }
+        let part = accumulator.image();
+        let sampled = part.sampled.unwrap();
+        assert_eq!(sampled.iter().filter(|&&is| is).count(), 50);
+        for (i, &is_sampled) in sampled.iter().enumerate() {
+            let expected = (all.mean[i], all.variance[i], all.mask[i]);
+            let nothing = (glam::Vec4::ZERO, Vec3::ZERO, false);
+            let is_chosen = chosen.contains(&(i as u32));
+            assert_eq!(is_sampled, is_chosen);
+            let expected = if is_chosen { expected } else { nothing };
+            assert_eq!((part.mean[i], part.variance[i], part.mask[i]), expected, "pixel {i}");
+        }
+    }
+}
+
+/// Nothing but the number and the image's size says which: fewer are among more, each is there once, and all parts of the image
+/// get their share.
+#[test]
+fn pixels_are_chosen_evenly() {
+    let size = ImageSize { width: 64, height: 48 };
+    let [few, many] = [300, 1000].map(|n| random_pixels(size, n));
+    assert_eq!((few.len(), many.len()), (300, 1000));
+    assert!(many.windows(2).all(|pair| pair[0] < pair[1]) && many.iter().all(|&i| i < 64 * 48));
+    assert!(few.iter().all(|i| many.binary_search(i).is_ok()));
+    assert_eq!(random_pixels(size, 5000), (0..64 * 48).collect::<Vec<u32>>());
+    let mut counts = [0_i32; 12];
+    many.iter().for_each(|i| counts[(i / 64 / 16 * 4 + i % 64 / 16) as usize] += 1);
+    // 83 of 256 expected in each square, with a standard deviation of 7.2.
+    assert!(counts.iter().all(|c| (c - 83).abs() < 4 * 7), "{counts:?}");
 }
 
 /// The variance says how far means of different seeds scatter: at most, since samples are stratified.

@@ -1,9 +1,12 @@
 //! Measurements of the renderer by itself, each a ratio or a cost per unit of work (docs/bench.md).
 
 mod choice;
+pub mod convergence;
 mod gather;
+pub mod plot;
 mod rates;
 mod surface;
+pub mod truth;
 
 pub use choice::ChoiceCost;
 pub use gather::{Errors, Hits, Study};

@@ -1,5 +1,6 @@
 //! The cache as a whole, and the dynamic mesh: what is drawn, as slots (values at vertices) and leaves (triangles).
 
+use super::above::Above;
 use super::indirect::IndirectLayer;
 use super::layer::Layer;
 use super::pool::Pool;
@@ -64,21 +65,31 @@ pub struct SlotRecord {
     pub indirect: Light,
     /// First use by a leaf, `leaf * 4 + place`, linked through [`LeafRecord::next_use`].
     first_use: Option<u32>,
-    /// The slots that it lies between, unless it is a base vertex's.
+    /// The slots that it lies between, if any.
     pub between: Option<Between>,
-    /// First slot that lies between this one and others, `slot * 3 + place`, linked through `next_between`.
+    /// Its place in the order in which slots are predicted: the spacing's number for base vertices, see
+    /// [`super::above`], and [`INSIDE`] for all others.
+    pub rank: u8,
+    /// Whether its prediction waits to be brought up to date.
+    pub(super) waits: bool,
+    /// First slot that lies between this one and others, `slot * 8 + place`, linked through `next_between`.
     first_between: Option<u32>,
-    next_between: [Option<u32>; 3],
+    next_between: SmallVec<[Option<u32>; 3]>,
 }
 
-/// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, or the corners of the
-/// leaf that it lies inside.
+/// Rank of slots inside the faces: predicted after all base vertices, in the order in which they were made.
+pub const INSIDE: u8 = u8::MAX;
+/// Rank of base vertices that are not in the order yet.
+const UNPLACED: u8 = u8::MAX - 1;
+
+/// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, the corners of the
+/// leaf that it lies inside, or coarser base vertices around a base vertex.
 #[derive(Clone, Debug)]
 pub struct Between {
-    /// The slots, older than the one between them.
-    pub slots: SmallVec<[SlotId; 3]>,
-    /// Their barycentric weights.
-    pub weights: [f32; 3],
+    /// The slots with their weights, of sum 1.
+    pub of: SmallVec<[(SlotId, f32); 3]>,
+    /// Whether they are base vertices around a base vertex.
+    pub above: bool,
 }
 
 /// Luminance at a slot from the lights or from everything else.
@@ -94,11 +105,25 @@ pub struct Light {
     pub known: bool,
     /// Whether other geometry covers the vertex (indirect light; direct light asks the vertex).
     pub covered: bool,
-    /// Whether it is a guess from before the lights changed: to be shown, but not to be computed with.
+    /// Whether it is a guess, from before the lights changed or from coarser vertices: to be shown, but not to be computed with.
     pub stale: bool,
+    /// Whether it is what coarser base vertices predict.
+    pub above: bool,
 }
 
 impl SlotRecord {
+    /// Whether it belongs to a base vertex.
+    #[must_use]
+    pub const fn is_base(&self) -> bool {
+        self.rank < INSIDE
+    }
+
+    /// Whether it belongs to a base vertex that is not in the order above the geometry yet.
+    #[must_use]
+    pub const fn is_unplaced(&self) -> bool {
+        self.rank == UNPLACED
+    }
+
     /// Diffuse luminance of all light.
     #[must_use]
     pub fn diffuse(&self) -> Vec3 {
@@ -135,6 +160,8 @@ pub struct Cache {
     pub layers: Vec<Layer>,
     /// The static mesh of indirect light.
     pub indirect: IndirectLayer,
+    /// The order of base vertices above the geometry.
+    pub(super) above: Above,
     /// Drawn vertices.
     pub slots: Pool<SlotRecord>,
     /// Drawn triangles.
@@ -226,7 +253,9 @@ impl Cache {
             first_use: None,
             between: None,
             first_between: None,
-            next_between: [None; 3],
+            next_between: SmallVec::new(),
+            rank: UNPLACED,
+            waits: false,
         }));
         self.vertices[vertex.0].first_slot = Some(slot);
         slot
@@ -258,24 +287,28 @@ impl Cache {
         let look = Look { normal, shininess: a.shininess, mirror: a.mirror };
         let slot = self.slot(vertex, look);
         if self.slots[slot.0].between.is_none() {
-            self.note_between(slot, Between { slots: ends.into_iter().collect(), weights: [0.5, 0.5, 0.0] });
+            self.note_between(slot, Between { of: ends.into_iter().map(|end| (end, 0.5)).collect(), above: false });
         }
         Some(slot)
     }
 
     /// Notes that a new slot lies between others.
     pub(super) fn note_between(&mut self, slot: SlotId, between: Between) {
-        for (at, other) in (0..).zip(&between.slots) {
-            let previous = self.slots[other.0].first_between.replace(slot.0 * 3 + at);
-            self.slots[slot.0].next_between[at as usize] = previous;
+        for (place, (other, _)) in (0..).zip(&between.of) {
+            let previous = self.slots[other.0].first_between.replace(slot.0 * 8 + place);
+            self.slots[slot.0].next_between.push(previous);
         }
-        self.slots[slot.0].between = Some(between);
+        let record = &mut self.slots[slot.0];
+        if !between.above {
+            record.rank = INSIDE;
+        }
+        record.between = Some(between);
     }
 
     /// The slots that lie between a slot and others.
     pub fn between(&self, slot: SlotId) -> impl Iterator<Item = SlotId> + '_ {
-        let next = |&link: &u32| self.slots[link / 3].next_between[link as usize % 3];
-        std::iter::successors(self.slots[slot.0].first_between, next).map(|link| SlotId(link / 3))
+        let next = |&link: &u32| self.slots[link / 8].next_between[link as usize % 8];
+        std::iter::successors(self.slots[slot.0].first_between, next).map(|link| SlotId(link / 8))
     }
 
     /// How a node's surface looks inside it.
@@ -400,8 +433,10 @@ impl Cache {
             let slot = &self.slots[i];
             assert!(self.slots_of(slot.vertex).any(|s| s.0 == i), "slot {i} is listed at its vertex");
             assert!((slot.normal.length() - 1.0).abs() < 1e-3, "slot {i}: unit normal");
-            for other in slot.between.iter().flat_map(|between| &between.slots) {
-                assert!(other.0 < i, "slot {i}: made after those it lies between");
+            for (other, _) in slot.between.iter().flat_map(|between| &between.of) {
+                let before = |s: &SlotRecord, id: u32| (s.rank, id);
+                let order = before(&self.slots[other.0], other.0) < before(slot, i);
+                assert!(order, "slot {i}: predicted after those it lies between");
                 assert!(self.between(*other).any(|s| s.0 == i), "slot {i}: listed at those it lies between");
             }
             for leaf in self.leaves_of(SlotId(i)) {

@@ -32,7 +32,7 @@ struct Estimate {
 impl Cache {
     /// A midpoint's light from its own rays and from the ends of its edge.
     pub(super) fn combined(&self, slot: SlotId, own: Light, predicted: Light) -> Light {
-        let ends = self.slots[slot.0].between.iter().flat_map(|between| between.slots.iter().copied());
+        let ends = self.slots[slot.0].between.iter().flat_map(|between| between.of.iter().map(|(end, _)| *end));
         let noise = self.pooled_variance(slot, ends);
         let deviation = luminance(own.diffuse - predicted.diffuse).powi(2);
         let measured = deviation - BELIEVED * (noise + predicted.variance);
@@ -41,8 +41,23 @@ impl Cache {
         combine(own, Estimate { light: predicted, noise: predicted.variance, error })
     }
 
-    /// A base vertex's light from its own rays and those of its neighbours.
+    /// A base vertex's light from its own rays and from what coarser ones around it predict, or those of its neighbours.
     pub(super) fn filtered(&self, slot: SlotId, own: Light) -> Light {
+        // The coarsest have only some of those around them to go by.
+        let between = self.slots[slot.0].between.as_ref().filter(|_| self.slots[slot.0].rank > 0);
+        if let Some((between, predicted)) = between.and_then(|b| Some((b, self.predicted_above(slot, b)?))) {
+            let noise = self.pooled_variance(slot, between.of.iter().map(|(parent, _)| *parent));
+            let deviation = luminance(own.diffuse - predicted.light.diffuse).powi(2);
+            let measured = deviation - BELIEVED * (noise + predicted.light.variance);
+            let light = Light { specular: own.specular, ..predicted.light };
+            let predicted = Estimate { light, noise: light.variance, error: predicted.error.max(measured) };
+            return combine(Estimate { light: own, noise, error: 0.0 }, predicted);
+        }
+        self.smoothed(slot, own)
+    }
+
+    /// A base vertex's light from its own rays and those of its neighbours.
+    fn smoothed(&self, slot: SlotId, own: Light) -> Light {
         let around = self.neighbours(slot);
         let normal = self.slots[slot.0].normal;
         let per_ray = self.pooled_variance(slot, around.iter().copied()) * worth(&self.indirect.sum(slot));
@@ -113,7 +128,6 @@ fn combine(own: Estimate, predicted: Estimate) -> Light {
         specular: mix(predicted.light.specular, own.light.specular),
         variance: own.noise * share,
         known: true,
-        stale: false,
-        covered: false,
+        ..Light::default()
     }
 }

@@ -10,6 +10,7 @@ use crate::geom::Hit;
 use crate::math::luminance;
 use crate::shade::lights::Lighting;
 use glam::Vec3;
+use smallvec::SmallVec;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::f32::consts::PI;
@@ -23,6 +24,8 @@ pub struct IndirectLayer {
     earlier: Earlier,
     /// Whether what is shown leans on neighbours while rays are few.
     pub filter: bool,
+    /// Base slots whose predictions wait to be brought up to date: one coarse vertex predicts hundreds.
+    waiting: Vec<SlotId>,
 }
 
 /// New rays of one vertex.
@@ -105,14 +108,34 @@ impl Cache {
     /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was written,
     /// in ascending order.
     pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3) -> Vec<SlotId> {
-        // Ascending: a slot is younger than those it lies between.
-        let mut due: BinaryHeap<Reverse<SlotId>> = slots.iter().map(|&s| Reverse(s)).collect();
+        let mut due = slots.to_vec();
         if self.indirect.filter {
-            let base = slots.iter().filter(|s| self.slots[s.0].between.is_none() && self.indirect.is_sampled(**s));
-            due.extend(base.flat_map(|&s| self.neighbours(s)).map(Reverse));
+            let base = slots.iter().filter(|s| self.slots[s.0].is_base() && self.indirect.is_sampled(**s));
+            due.extend(base.flat_map(|&s| self.neighbours(s)));
         }
+        self.refresh(&due, eye, false)
+    }
+
+    /// Predictions of base slots that wait to be brought up to date.
+    #[must_use]
+    pub fn waiting_predictions(&self) -> usize {
+        self.indirect.waiting.len()
+    }
+
+    /// Brings the predictions of base slots up to date, and all that depends on them; returns the slots written.
+    pub fn refresh_predictions(&mut self, eye: Vec3) -> Vec<SlotId> {
+        let waiting = std::mem::take(&mut self.indirect.waiting);
+        waiting.iter().for_each(|slot| self.slots[slot.0].waits = false);
+        self.refresh(&waiting, eye, true)
+    }
+
+    /// Evaluates slots and those that they predict, each after those that predict it; predictions of base slots are only noted
+    /// unless they are wanted, too.
+    fn refresh(&mut self, slots: &[SlotId], eye: Vec3, predictions: bool) -> Vec<SlotId> {
+        let order = |cache: &Self, slot: SlotId| Reverse((cache.slots[slot.0].rank, slot));
+        let mut due: BinaryHeap<_> = slots.iter().map(|&slot| order(self, slot)).collect();
         let mut written = Vec::with_capacity(slots.len());
-        while let Some(Reverse(slot)) = due.pop() {
+        while let Some(Reverse((_, slot))) = due.pop() {
             if written.last() == Some(&slot) {
                 continue;
             }
@@ -120,7 +143,16 @@ impl Cache {
             let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
             self.slots[slot.0].indirect = Light { covered, ..self.indirect_light(slot, eye) };
             let unsampled = |s: &SlotId| !self.indirect.is_sampled(*s);
-            due.extend(self.between(slot).filter(unsampled).map(Reverse));
+            let next: SmallVec<[SlotId; 8]> = self.between(slot).filter(unsampled).collect();
+            for next in next {
+                if self.slots[next.0].is_base() && !predictions {
+                    if !std::mem::replace(&mut self.slots[next.0].waits, true) {
+                        self.indirect.waiting.push(next);
+                    }
+                } else {
+                    due.push(order(self, next));
+                }
+            }
         }
         written
     }
@@ -128,10 +160,15 @@ impl Cache {
     /// Indirect light of a slot: what it has gathered, what those around it predict, or both by what they are worth.
     fn indirect_light(&self, slot: SlotId, eye: Vec3) -> Light {
         let between = self.slots[slot.0].between.as_ref();
-        let predicted = between.map(|between| self.predicted(between)).filter(|light| light.known);
+        let predicted = between.map(|between| match between.above {
+            true => self.shown_from_above(slot, between),
+            false => self.predicted(between),
+        });
+        let predicted = predicted.filter(|light| light.known);
         let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
         match (own, predicted) {
             (Some(own), _) if !self.indirect.filter => own,
+            (Some(own), Some(predicted)) if predicted.above => self.filtered(slot, own),
             (Some(own), Some(predicted)) if predicted.stale => own,
             (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
             (Some(own), None) => self.filtered(slot, own),
@@ -143,7 +180,7 @@ impl Cache {
     fn predicted(&self, between: &Between) -> Light {
         let mut mean = Light::default();
         let mut total = 0.0;
-        for (&slot, &weight) in between.slots.iter().zip(&between.weights) {
+        for &(slot, weight) in &between.of {
             let light = self.slots[slot.0].indirect;
             let weight = weight * self.weight(slot);
             if light.known {
@@ -183,7 +220,7 @@ impl Cache {
         let specular = record.shininess.filter(|_| !record.mirror);
         let specular = specular.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
         let variance = sum.variance_of_mean() / (PI * PI);
-        Light { diffuse: sum.irradiance() / PI, specular, variance, known: true, stale: false, covered: false }
+        Light { diffuse: sum.irradiance() / PI, specular, variance, known: true, ..Light::default() }
     }
 
     /// Weight of a slot's vertex in interpolation.

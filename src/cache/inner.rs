@@ -37,17 +37,17 @@ impl Cache {
     pub fn place_inner(&mut self, id: NodeId, (eye, direction): (Vec3, Vec3), generation: u32) -> Option<Placed> {
         let weights = weights_on_ray(self.corner_positions(id), eye, direction)?;
         let corners = self.topology.nodes[id.0].corners;
-        let between = Between { slots: corners.into_iter().collect(), weights };
+        let between = Between { of: corners.into_iter().zip(weights).collect(), above: false };
         let before = self.topology.nodes[id.0].inner;
         let slot = match before {
-            None => self.add_inner(id, between),
+            None => self.add_inner(id, weights, between),
             Some(inner) => {
-                let old = self.slots[inner.slot.0].between.as_ref().map_or([0.0; 3], |b| b.weights);
-                if old.iter().zip(weights).all(|(a, b)| (a - b).abs() < SAME_PLACE) {
+                let old = self.slots[inner.slot.0].between.iter().flat_map(|b| &b.of);
+                if old.zip(weights).all(|((_, old), new)| (old - new).abs() < SAME_PLACE) {
                     self.topology.nodes[id.0].inner = Some(Inner { generation, ..inner });
                     return Some(Placed { vertex: self.slots[inner.slot.0].vertex, kept: true });
                 }
-                self.move_inner(id, inner.slot, between);
+                self.move_inner(id, inner.slot, (weights, between));
                 inner.slot
             }
         };
@@ -55,23 +55,23 @@ impl Cache {
         Some(Placed { vertex: self.slots[slot.0].vertex, kept: false })
     }
 
-    fn add_inner(&mut self, id: NodeId, between: Between) -> SlotId {
-        let vertex = VertexId(self.vertices.insert(self.inner_vertex(id, between.weights)));
-        let look = self.inner_look(id, between.weights);
+    fn add_inner(&mut self, id: NodeId, weights: [f32; 3], between: Between) -> SlotId {
+        let vertex = VertexId(self.vertices.insert(self.inner_vertex(id, weights)));
+        let look = self.inner_look(id, weights);
         let slot = self.slot(vertex, look);
         self.note_between(slot, between);
         slot
     }
 
     /// Forgets all that is known at an inner vertex and puts it elsewhere on its leaf.
-    fn move_inner(&mut self, id: NodeId, slot: SlotId, between: Between) {
+    fn move_inner(&mut self, id: NodeId, slot: SlotId, (weights, between): ([f32; 3], Between)) {
         let vertex = self.slots[slot.0].vertex;
-        let moved = self.inner_vertex(id, between.weights);
+        let moved = self.inner_vertex(id, weights);
         self.vertices[vertex.0].move_to(moved);
         for layer in &mut self.layers {
             layer.forget(vertex, slot);
         }
-        let normal = self.inner_look(id, between.weights).normal;
+        let normal = self.inner_look(id, weights).normal;
         let record = &mut self.slots[slot.0];
         (record.normal, record.between) = (normal, Some(between));
         (record.direct, record.indirect) = Default::default();

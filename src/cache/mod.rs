@@ -1,5 +1,6 @@
 //! The light cache: base vertices, their samples for each light, and the dynamic mesh that is drawn.
 
+pub mod above;
 pub mod direct;
 pub mod dynamic;
 pub mod earlier;

@@ -37,6 +37,8 @@ pub struct Vertex {
     /// Σ pixels × gain / 6 over the leaves of the mesh of indirect light around it: what a unit of variance there costs the
     /// image.
     pub reach: f32,
+    /// The same over the leaves around vertices that take its prediction for want of their own samples, by their weights.
+    pub reach_below: f32,
     /// Raised whenever its indirect light changes.
     pub gathers: u32,
     /// Key that its next round waits in the queue with; 0 if it does not.
@@ -139,9 +141,16 @@ impl Vertex {
             pixels: 0.0,
             progress: Progress::default(),
             reach: 0.0,
+            reach_below: 0.0,
             gathers: 0,
             queued: 0.0,
         }
+    }
+
+    /// Unit normal of its group, on its side.
+    #[must_use]
+    pub const fn normal(&self) -> Vec3 {
+        self.normal
     }
 
     /// The place where light is sampled: rays start at its origin.

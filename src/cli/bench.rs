@@ -1,7 +1,8 @@
 //! `penombre bench`: the project's own measurements.
 
-use super::args::{BenchArgs, SceneArgs, thread_count};
-use super::{Outcome, interrupt, output, scene};
+use super::args::{SceneArgs, VerbosityArgs};
+use super::args_bench::{BenchArgs, Study};
+use super::{Outcome, convergence, interrupt, output, scene};
 use crate::bench::{Errors, Figure, Hits, Report, measure};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
@@ -33,17 +34,17 @@ struct Document<'a> {
 /// # Errors
 /// Bad input, or no default scene where none is named.
 pub fn run(args: &BenchArgs) -> Result<Outcome> {
+    if let Some(Study::Convergence(args)) = &args.study {
+        return convergence::run(args);
+    }
     let scene_args = SceneArgs { path: scene_path(args)?, camera: args.camera.clone(), size: SIZE };
-    let loaded = scene::load_and_warn(&scene_args, args.verbosity)?;
+    let loaded = scene::load_and_warn(&scene_args, args.cpu.verbosity)?;
     let camera = scene::camera(&loaded.scene, args.camera.as_deref())?;
     let view = scene::view(&loaded.scene, &camera, &scene_args);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(thread_count(args.threads))
-        .build()
-        .map_err(|e| Error::Exhausted(format!("cannot start threads: {e}")))?;
+    let pool = args.cpu.pool()?;
     let (bvh, lights) = (Bvh::build(&loaded.scene), Lights::new(&loaded.scene));
-    let world = World::new(&loaded.scene, &bvh, &lights, args.seed, loaded.scene.diagonal());
-    let progress = progress(args);
+    let world = World::new(&loaded.scene, &bvh, &lights, args.cpu.seed, loaded.scene.diagonal());
+    let progress = progress(args.cpu.verbosity);
     let report = measure(&world, &view, &pool, &|what| {
         progress.set_message(what.to_owned());
         progress.tick();
@@ -55,7 +56,7 @@ pub fn run(args: &BenchArgs) -> Result<Outcome> {
         scene: scene_args.path.display().to_string(),
         triangles: loaded.scene.triangles.len(),
         lights: loaded.scene.lights.len(),
-        seed: args.seed,
+        seed: args.cpu.seed,
         report: &report,
     };
     output::print(&if args.json { json(&document)? } else { table(&document) })?;
@@ -70,8 +71,9 @@ fn scene_path(args: &BenchArgs) -> Result<PathBuf> {
     }
 }
 
-fn progress(args: &BenchArgs) -> ProgressBar {
-    if args.verbosity.quiet {
+/// A line that says what is being measured, on a terminal only.
+pub fn progress(verbosity: VerbosityArgs) -> ProgressBar {
+    if verbosity.quiet {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));

@@ -4,7 +4,7 @@ use super::args::DiffArgs;
 use super::verdict::{Shown, Verdict};
 use super::{Outcome, output};
 use crate::error::{Error, Result};
-use crate::image::metrics::{Epsilon, ZTest, compare, own_relmse, z_test};
+use crate::image::metrics::{Epsilon, ZTest, compare, own_noise, z_test};
 use crate::image::{FileFormat, atomic, error_picture, exr, flip, png};
 use crate::math::luminance;
 use crate::scene::camera::ImageSize;
@@ -25,6 +25,16 @@ struct Picture {
     codes: Option<Vec<[u8; 3]>>,
     variance: Option<Vec<Vec3>>,
     mask: Option<Vec<bool>>,
+    /// Pixels that have a value at all; `None` if all have.
+    sampled: Option<Vec<bool>>,
+}
+
+/// Which pixels are compared.
+struct Selection {
+    /// Whether each counts; `None` if all do.
+    counts: Option<Vec<bool>>,
+    /// How many have no value in one of the images.
+    not_sampled: usize,
 }
 
 /// Runs the command.
@@ -35,11 +45,11 @@ pub fn run(args: &DiffArgs) -> Result<Outcome> {
     args.check_outputs()?;
     let (image, reference) = (read(&args.image)?, read(&args.reference)?);
     check_alike(args, &image, &reference)?;
-    let mask = mask(args, &reference)?;
-    let verdict = judge(args, &image, &reference, mask.as_deref())?;
+    let selection = select(args, &image, &reference)?;
+    let verdict = judge(args, &image, &reference, &selection)?;
     if let Some(path) = &args.output {
         let epsilon = args.epsilon().resolve(verdict.reference_mean);
-        let painted = error_picture::paint(&image.linear, &reference.linear, mask.as_deref(), epsilon);
+        let painted = error_picture::paint(&image.linear, &reference.linear, selection.counts.as_deref(), epsilon);
         png::write_bytes(path, image.size, painted.as_flattened())?;
     }
     output::print(&if args.json { verdict.json()? } else { verdict.text() })?;
@@ -53,10 +63,10 @@ fn read(path: &Path) -> Result<Picture> {
     if FileFormat::of(path) == Some(FileFormat::Png) {
         let (size, codes) = png::read(path)?;
         let linear = codes.iter().map(|c| Vec3::from(c.map(|c| srgb_to_linear(f32::from(c) / 255.0)))).collect();
-        return Ok(Picture { size, linear, codes: Some(codes), variance: None, mask: None });
+        return Ok(Picture { size, linear, codes: Some(codes), variance: None, mask: None, sampled: None });
     }
-    let exr::RgbImage { size, rgb, variance, mask } = exr::read_rgb(path)?;
-    Ok(Picture { size, linear: rgb, codes: None, variance, mask })
+    let exr::RgbImage { size, rgb, variance, mask, sampled } = exr::read_rgb(path)?;
+    Ok(Picture { size, linear: rgb, codes: None, variance, mask, sampled })
 }
 
 fn check_alike(args: &DiffArgs, image: &Picture, reference: &Picture) -> Result<()> {
@@ -76,20 +86,38 @@ fn check_alike(args: &DiffArgs, image: &Picture, reference: &Picture) -> Result<
     Ok(())
 }
 
-/// The pixels that count: those of the reference's mask that the `--mask` picture, too, has at half white or above.
-fn mask(args: &DiffArgs, reference: &Picture) -> Result<Option<Vec<bool>>> {
-    let Some(path) = &args.mask else { return Ok(reference.mask.clone()) };
-    let (size, codes) = png::read(path)?;
-    if size != reference.size {
-        let [is, wanted] = [size, reference.size].map(|s| format!("{}x{}", s.width, s.height));
-        return Err(Error::Usage(format!("--mask {}: is {is}, the images are {wanted}", path.display())));
-    }
-    let counts = |&[r, g, b]: &[u8; 3]| u32::from(r) + u32::from(g) + u32::from(b) >= 3 * 128;
-    let own = |i: usize| reference.mask.as_ref().is_none_or(|m| m[i]);
-    Ok(Some(codes.iter().enumerate().map(|(i, code)| counts(code) && own(i)).collect()))
+/// The pixels that count: those that both images have a value of, that the reference's mask lets count, and that the `--mask`
+/// picture has at half white or above.
+fn select(args: &DiffArgs, image: &Picture, reference: &Picture) -> Result<Selection> {
+    let drawn = args.mask.as_deref().map(|path| drawn_mask(path, reference.size)).transpose()?;
+    let has = |flags: &Option<Vec<bool>>, i: usize| flags.as_ref().is_none_or(|f| f[i]);
+    let sampled = |i| has(&image.sampled, i) && has(&reference.sampled, i);
+    let counts = |i| sampled(i) && has(&reference.mask, i) && has(&drawn, i);
+    let all = 0..reference.size.pixels();
+    let none = [&image.sampled, &reference.sampled, &reference.mask, &drawn].into_iter().all(Option::is_none);
+    Ok(Selection {
+        not_sampled: all.clone().filter(|&i| !sampled(i)).count(),
+        counts: (!none).then(|| all.map(counts).collect()),
+    })
 }
 
-fn judge(args: &DiffArgs, image: &Picture, reference: &Picture, mask: Option<&[bool]>) -> Result<Verdict> {
+/// What is half white or brighter in a picture of this size.
+fn drawn_mask(path: &Path, wanted: ImageSize) -> Result<Vec<bool>> {
+    let (size, codes) = png::read(path)?;
+    if size != wanted {
+        let [is, wanted] = [size, wanted].map(|s| format!("{}x{}", s.width, s.height));
+        return Err(Error::Usage(format!("--mask {}: is {is}, the images are {wanted}", path.display())));
+    }
+    Ok(codes.iter().map(|&[r, g, b]| u32::from(r) + u32::from(g) + u32::from(b) >= 3 * 128).collect())
+}
+
+fn judge(args: &DiffArgs, image: &Picture, reference: &Picture, selection: &Selection) -> Result<Verdict> {
+    let (mask, not_sampled) = (selection.counts.as_deref(), selection.not_sampled);
+    if not_sampled > 0 && args.limits.max_flip.is_some() {
+        let message =
+            "--max-flip: FLIP looks at the surroundings of a pixel, and an image has a part of the pixels only";
+        return Err(Error::Usage(message.to_owned()));
+    }
     let metrics = compare(&image.linear, &reference.linear, mask, args.epsilon()).ok_or_else(|| {
         Error::Usage("no pixel is left to compare: all are masked, or NaN or infinite in one of the images".to_owned())
     })?;
@@ -99,22 +127,25 @@ fn judge(args: &DiffArgs, image: &Picture, reference: &Picture, mask: Option<&[b
         (a, b) => a.as_ref().or(b.as_ref()).cloned(),
     };
     let z: Option<ZTest> = variance.and_then(|v: Vec<Vec3>| z_test(&image.linear, &reference.linear, &v, mask));
-    let own_relmse = reference.variance.as_ref().and_then(|v| own_relmse(&reference.linear, v, mask, args.epsilon()));
-    let map = flip::error_map(&codes(image, display.as_ref()), &codes(reference, display.as_ref()), image.size);
-    let flip = flip::mean(&map, mask).unwrap_or(0.0);
+    let own = reference.variance.as_ref().and_then(|v| own_noise(&reference.linear, v, mask, args.epsilon()));
+    let flip = (not_sampled == 0).then(|| {
+        let [a, b] = [image, reference].map(|picture| codes(picture, display.as_ref()));
+        flip::mean(&flip::error_map(&a, &b, image.size), mask).unwrap_or(0.0)
+    });
     let mut verdict = Verdict {
         image: args.image.display().to_string(),
         reference: args.reference.display().to_string(),
         size: [image.size.width, image.size.height],
         counted: metrics.counted,
-        masked: metrics.masked,
+        masked: metrics.masked - not_sampled,
+        not_sampled,
         masks: args.mask.iter().map(|_| "--mask").chain(reference.mask.iter().map(|_| "reference")).collect(),
         not_finite: metrics.not_finite,
         rmse: metrics.rmse,
         rmse_over_mean: ratio(metrics.rmse, metrics.reference_mean),
         relmse: metrics.relmse,
         relmse_epsilon: args.epsilon().resolve(metrics.reference_mean),
-        own_relmse,
+        own_relmse: own.map(|noise| noise.relmse),
         flip,
         shown: display.as_ref().map(Shown::new),
         max: metrics.max,

@@ -1,8 +1,12 @@
 //! The command line: arguments and one file a subcommand.
 
 pub mod args;
+pub mod args_bench;
+pub mod args_reference;
 pub mod bench;
 pub mod compare;
+pub mod convergence;
+pub mod convergence_report;
 pub mod diff;
 pub mod info;
 pub mod interrupt;
@@ -15,6 +19,7 @@ mod refinement;
 pub mod render;
 pub mod scene;
 pub mod session;
+pub mod setup;
 pub mod stills;
 mod tilts;
 mod values;

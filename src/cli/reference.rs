@@ -1,11 +1,11 @@
 //! `penombre reference`: the brute-force yardstick.
 
-use super::args::{PixelFilter, ReferenceArgs, thread_count};
+use super::args_reference::{PixelFilter, ReferenceArgs};
 use super::{Outcome, interrupt, output, scene};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geom::bvh::Bvh;
 use crate::image::exr::{Provenance, ReferenceLayers, write_reference};
-use crate::reference::{Accumulator, Filter, Settings, Strategy, Transport};
+use crate::reference::{Accumulator, Filter, Settings, Strategy, Transport, random_pixels};
 use crate::scene::Scene;
 use crate::scene::camera::View;
 use crate::shade::lights::Lights;
@@ -18,14 +18,11 @@ use std::time::{Duration, Instant};
 /// # Errors
 /// Bad input, or an output that cannot be written.
 pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
-    args.check_outputs()?;
-    let loaded = scene::load_and_warn(&args.scene, args.verbosity)?;
+    args.check()?;
+    let loaded = scene::load_and_warn(&args.scene, args.cpu.verbosity)?;
     let camera = scene::camera(&loaded.scene, args.scene.camera.as_deref())?;
     let view = scene::view(&loaded.scene, &camera, &args.scene);
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(thread_count(args.threads))
-        .build()
-        .map_err(|e| Error::Exhausted(format!("cannot start threads: {e}")))?;
+    let pool = args.cpu.pool()?;
     let accumulator = pool.install(|| accumulate(args, &loaded.scene, &view));
     let provenance = Provenance { comments: args.image_options(), camera: Some(camera) };
     write(args, &view, &accumulator, &provenance)?;
@@ -36,9 +33,12 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
 fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
     let bvh = Bvh::build(scene);
     let lights = Lights::new(scene);
-    let world = World::new(scene, &bvh, &lights, args.seed, scene.diagonal());
+    let world = World::new(scene, &bvh, &lights, args.cpu.seed, scene.diagonal());
     let settings = settings(args);
-    let mut accumulator = Accumulator::new(view);
+    let mut accumulator = match args.pixels {
+        Some(count) => Accumulator::over(view, random_pixels(view.size, count as usize)),
+        None => Accumulator::new(view),
+    };
     let progress = progress(args);
     let start = Instant::now();
     let mut rays = 0;
@@ -54,9 +54,10 @@ fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
         progress.set_message(message(rays, start.elapsed()));
     }
     progress.finish_and_clear();
-    if !args.verbosity.quiet {
+    if !args.cpu.verbosity.quiet {
         let spp = accumulator.samples();
-        output::report(&format!("{spp} samples a pixel, {}", message(rays, start.elapsed())));
+        let pixels = args.pixels.map_or_else(String::new, |n| format!(" of {n} among {} pixels", view.size.pixels()));
+        output::report(&format!("{spp} samples a pixel{pixels}, {}", message(rays, start.elapsed())));
     }
     accumulator
 }
@@ -80,7 +81,7 @@ fn message(rays: u64, elapsed: Duration) -> String {
 }
 
 fn progress(args: &ReferenceArgs) -> ProgressBar {
-    if args.verbosity.quiet {
+    if args.cpu.verbosity.quiet {
         return ProgressBar::hidden();
     }
     let length = (args.max_spp() < u32::MAX).then(|| u64::from(args.max_spp()));
@@ -92,8 +93,13 @@ fn progress(args: &ReferenceArgs) -> ProgressBar {
 
 fn write(args: &ReferenceArgs, view: &View, accumulator: &Accumulator, provenance: &Provenance) -> Result<()> {
     let image = accumulator.image();
-    let layers =
-        ReferenceLayers { size: view.size, mean: &image.mean, variance: &image.variance, mask: Some(&image.mask) };
+    let layers = ReferenceLayers {
+        size: view.size,
+        mean: &image.mean,
+        variance: &image.variance,
+        mask: Some(&image.mask),
+        sampled: image.sampled.as_deref(),
+    };
     let altered = write_reference(&args.output, &layers, provenance)?;
     if let Some(warning) = altered.warning() {
         output::report(&format!("{}: warning: {warning}", args.output.display()));

@@ -4,26 +4,22 @@ use super::args::{PixelCounts, RenderArgs, thread_count};
 use super::pictures::{Picture, Pictures};
 use super::progress::Progress;
 use super::session::{Ended, Session};
+use super::setup::{self, EngineSetup};
 use super::stills::Shot;
 use super::yardstick::Yardstick;
-use super::{Outcome, interrupt, output, refinement, scene, stills};
+use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
-use crate::geom::bvh::Bvh;
 use crate::image::exr::{RgbImage, read_rgb};
-use crate::image::film;
 use crate::log::summary::Summary;
 use crate::pass::{Renderer, RendererOptions, UpdateMode};
-use crate::refine::engine::{Engine, Visible};
-use crate::refine::thread::{EngineThread, Pace};
-use crate::refine::workers::Workers;
+use crate::refine::engine::Visible;
 use crate::scene::camera::View;
 use crate::scene::load::Loaded;
 use crate::scene::report::Severity;
-use crate::scene::{FaceId, Scene};
-use crate::vk::{Device, DeviceOptions};
+use crate::scene::{Display, Scene};
+use crate::vk::Device;
 use std::path::Path;
-use std::sync::{Arc, OnceLock};
-use std::thread::JoinHandle;
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Runs the command; `start` is when the process started.
@@ -33,7 +29,7 @@ use std::time::Instant;
 pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     args.check_outputs()?;
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
-    let gpu = open_gpu(args)?;
+    let gpu = setup::open_gpu(&args.device, args.scene.size, renderer_options(args))?;
     let loading = Instant::now();
     let Loaded { scene, report, .. } = scene::load_and_warn(&args.scene, args.verbosity)?;
     let mut summary = Summary::of_this_run();
@@ -44,13 +40,16 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let pictures = Pictures::new(args, &scene, camera)?;
     let display = args.output.display(&scene.display);
     let scene = Arc::new(scene);
-    let hierarchy = build_hierarchy(&scene)?;
+    let hierarchy = setup::build_hierarchy(&scene)?;
     let mut gpu = gpu.finish()?;
     gpu.renderer.load(&scene)?;
     gpu.renderer.resize(args.scene.size)?;
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
-    let engine = start_engine(args, &scene, hierarchy)?;
+    let engine = engine_setup(args, display).start(&scene, || hierarchy.finish())?;
     let reference = reference.map(|image| Yardstick::new(image, display));
+    if let Some(reference) = reference.as_ref().filter(|_| !args.verbosity.quiet) {
+        output::report(&reference.describe());
+    }
     let renderer = &mut gpu.renderer;
     summary.warnings.extend(fallbacks(args, renderer));
     let progress = Progress::new(args.verbosity.quiet);
@@ -81,88 +80,22 @@ fn read_reference(path: &Path, args: &RenderArgs) -> Result<RgbImage> {
     )))
 }
 
-/// The GPU side, opened while the scene loads.
-struct Gpu {
-    renderer: Renderer,
-    device_seconds: f64,
-    pipeline_seconds: f64,
-}
-
-/// The GPU side in the making. Whoever leaves early waits for it: a driver whose set-up is cut off by the end of the process may
-/// crash it.
-struct Opening(Option<JoinHandle<Result<Gpu>>>);
-
-impl Opening {
-    fn finish(mut self) -> Result<Gpu> {
-        let thread = self.0.take().ok_or_else(|| Error::Internal("the GPU is opened once".to_owned()))?;
-        join(thread)?
+const fn engine_setup(args: &RenderArgs, display: Display) -> EngineSetup {
+    EngineSetup {
+        size: args.scene.size,
+        display,
+        engine: args.engine,
+        refinement: args.refinement,
+        filter: !args.no_filter,
+        counted: matches!(args.pixel_counts, PixelCounts::Histogram),
     }
 }
 
-impl Drop for Opening {
-    fn drop(&mut self) {
-        if let Some(thread) = self.0.take() {
-            // What went wrong there does not matter any more.
-            let _ = thread.join();
-        }
-    }
-}
-
-fn open_gpu(args: &RenderArgs) -> Result<Opening> {
-    let options = DeviceOptions { device: args.device.device.clone(), validation: None };
-    let (size, depth, atomic_counts) = (args.scene.size, args.depth, args.pixel_counts == PixelCounts::Atomic);
-    // `id` is what the stencil modes fall back to.
+/// What the renderer is made for; `id` is what the stencil modes fall back to.
+fn renderer_options(args: &RenderArgs) -> impl FnOnce(&Device) -> Result<RendererOptions> + use<> {
+    let (depth, atomic_counts) = (args.depth, args.pixel_counts == PixelCounts::Atomic);
     let modes = if args.update == UpdateMode::Id { vec![args.update] } else { vec![args.update, UpdateMode::Id] };
-    let thread = spawn("penombre-gpu-setup", move || {
-        let start = Instant::now();
-        let device = Device::new(&options)?;
-        let device_seconds = start.elapsed().as_secs_f64();
-        let options = RendererOptions { depth: depth.on(&device)?, modes, count_writes: false, atomic_counts };
-        let renderer = Renderer::with_options(device, size, options)?;
-        let pipeline_seconds = start.elapsed().as_secs_f64() - device_seconds;
-        Ok(Gpu { renderer, device_seconds, pipeline_seconds })
-    })?;
-    Ok(Opening(Some(thread)))
-}
-
-/// A hierarchy in the making.
-struct Hierarchy {
-    thread: JoinHandle<Bvh>,
-    seconds: Arc<OnceLock<f64>>,
-}
-
-fn build_hierarchy(scene: &Arc<Scene>) -> Result<Hierarchy> {
-    let seconds = Arc::new(OnceLock::new());
-    let (scene, done) = (Arc::clone(scene), Arc::clone(&seconds));
-    let thread = spawn("penombre-bvh", move || {
-        let start = Instant::now();
-        let bvh = Bvh::build(&scene);
-        let _ = done.set(start.elapsed().as_secs_f64());
-        bvh
-    })?;
-    Ok(Hierarchy { thread, seconds })
-}
-
-fn start_engine(args: &RenderArgs, scene: &Arc<Scene>, hierarchy: Hierarchy) -> Result<EngineThread> {
-    let no_threads = |e: &dyn std::fmt::Display| Error::Exhausted(format!("cannot start threads: {e}"));
-    let workers = Workers::new(thread_count(args.engine.threads)).map_err(|e| no_threads(&e))?;
-    let pace = if args.engine.deterministic { Pace::Stepped } else { Pace::Free };
-    let (scene, options) = (Arc::clone(scene), refinement::options(args, scene));
-    EngineThread::spawn(pace, move || {
-        // A panic of the builder has ended the process in the panic hook; an empty tree never gets used.
-        let bvh = hierarchy.thread.join().unwrap_or_else(|_| Bvh::build(&Scene::default()));
-        Engine::new(scene, Arc::new(bvh), workers, options)
-    })
-    .map_err(|e| no_threads(&e))
-}
-
-fn spawn<T: Send + 'static>(name: &str, work: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>> {
-    let spawned = std::thread::Builder::new().name(name.to_owned()).spawn(work);
-    spawned.map_err(|e| Error::Exhausted(format!("cannot start a thread: {e}")))
-}
-
-fn join<T>(thread: JoinHandle<T>) -> Result<T> {
-    thread.join().map_err(|_| Error::Internal("a set-up thread panicked".to_owned()))
+    move |device| Ok(RendererOptions { depth: depth.on(device)?, modes, count_writes: false, atomic_counts })
 }
 
 /// Says what the device cannot do as asked, and what is done instead.
@@ -190,7 +123,7 @@ struct Aimed {
 fn aim(session: &mut Session<'_>, scene: &Scene, picture: Picture) -> Result<Aimed> {
     let args = session.args;
     let view = scene::view(scene, &picture.camera, &args.scene);
-    let faces = visible_faces(session.renderer, &view, args.output.aa)?;
+    let faces = setup::visible_faces(session.renderer, &view, args.output.aa)?;
     let generation = u32::try_from(picture.index + 1).unwrap_or(u32::MAX);
     Ok(Aimed { picture, view, visible: Visible { generation, eye: view.eye, faces } })
 }
@@ -223,31 +156,6 @@ fn make(session: &mut Session<'_>, scene: &Scene, pictures: &Pictures, summary: 
     }
 }
 
-/// Finds what the camera sees: the union over the jitters of the written image, pixels averaged.
-fn visible_faces(renderer: &mut Renderer, view: &View, aa: u32) -> Result<Vec<(FaceId, u32)>> {
-    let offsets = film::jitter(aa);
-    let mut all: Vec<(FaceId, u32)> = Vec::new();
-    for &offset in offsets.iter().rev() {
-        renderer.set_view(view, offset);
-        all.extend(renderer.visibility()?);
-    }
-    if aa > 1 {
-        renderer.set_view(view, glam::Vec2::ZERO);
-        all.extend(renderer.visibility()?);
-    }
-    all.sort_unstable();
-    let mut merged: Vec<(FaceId, u32)> = Vec::with_capacity(all.len());
-    for (face, pixels) in all {
-        match merged.last_mut() {
-            Some((last, sum)) if *last == face => *sum += pixels,
-            _ => merged.push((face, pixels)),
-        }
-    }
-    let redraws = if aa > 1 { aa + 1 } else { 1 };
-    merged.iter_mut().for_each(|(_, pixels)| *pixels = pixels.div_ceil(redraws));
-    Ok(merged)
-}
-
 /// Prints what was not destroyed, where the validation layers listen (`PENOMBRE_VALIDATION=1`); their own messages are
 /// printed as they come.
 fn say_what_is_left(device: &Device) {
@@ -257,7 +165,7 @@ fn say_what_is_left(device: &Device) {
 }
 
 /// Writes the run summary beside the log and says what was done.
-fn finish(args: &RenderArgs, mut summary: Summary, gpu: &Gpu, ended: &Ended, start: Instant) -> Result<()> {
+fn finish(args: &RenderArgs, mut summary: Summary, gpu: &setup::Gpu, ended: &Ended, start: Instant) -> Result<()> {
     let device = gpu.renderer.device().report();
     summary.device.clone_from(&device.name);
     summary.driver.clone_from(&device.driver);

@@ -83,6 +83,13 @@ pub fn png_path(text: &str) -> Result<PathBuf, String> {
     }
 }
 
+/// An SVG file.
+pub fn svg_path(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let is_svg = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("svg"));
+    if is_svg { Ok(path) } else { Err("its extension must be .svg".to_owned()) }
+}
+
 /// A CSV file; the extension is required since the summary takes the same name with `.json`.
 pub fn csv_path(text: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(text);
@@ -187,5 +194,6 @@ mod tests {
             assert!(image_path(bad).is_err_and(|m| m.contains(".png")), "{bad}");
         }
         assert!(csv_path("a.csv").is_ok() && csv_path("a.json").is_err());
+        assert!(svg_path("a.SVG").is_ok() && svg_path("a.png").is_err());
     }
 }

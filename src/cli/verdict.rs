@@ -19,6 +19,8 @@ pub struct Verdict {
     pub counted: usize,
     /// Pixels left out by masks.
     pub masked: usize,
+    /// Pixels left out since one of the images has no value of them.
+    pub not_sampled: usize,
     /// Whose masks: `--mask`, `reference`.
     pub masks: Vec<&'static str>,
     /// Pixels left out since a channel is NaN or infinite in either image.
@@ -33,8 +35,8 @@ pub struct Verdict {
     pub relmse_epsilon: f64,
     /// relMSE that the reference's noise alone makes, from its variance.
     pub own_relmse: Option<f64>,
-    /// Mean FLIP error of the displayed images.
-    pub flip: f64,
+    /// Mean FLIP error of the displayed images; `null` where one has only a part of the pixels.
+    pub flip: Option<f64>,
     /// How radiance was displayed for it; `null` for PNG images.
     pub shown: Option<Shown>,
     /// Largest difference of a channel.
@@ -90,7 +92,7 @@ impl Verdict {
         [
             ("rmse", limits.max_rmse, self.rmse),
             ("relmse", limits.max_relmse, self.relmse),
-            ("flip", limits.max_flip, self.flip),
+            ("flip", limits.max_flip, self.flip.unwrap_or(f64::INFINITY)),
             ("mean_shift", limits.max_mean_shift, self.mean_shift.abs()),
         ]
     }
@@ -140,15 +142,20 @@ impl Verdict {
             _ => String::new(),
         };
         let own = self.own_relmse.map_or_else(String::new, |own| format!("   the reference's own noise {own:.5e}"));
-        let shown =
-            self.shown.map_or_else(String::new, |s| format!("   at {:.2} stops, {}", s.exposure, s.tone_mapping));
+        let not_sampled =
+            if self.not_sampled > 0 { format!(", {} not sampled", self.not_sampled) } else { String::new() };
+        let flip = self.flip.map_or_else(|| "not known of some pixels only".to_owned(), |flip| format!("{flip:.5}"));
+        let shown = self
+            .shown
+            .filter(|_| self.flip.is_some())
+            .map_or_else(String::new, |s| format!("   at {:.2} stops, {}", s.exposure, s.tone_mapping));
         let z = self.z.map_or_else(String::new, |z| {
             let (share, expected) = (z.share_beyond_3 * 100.0, z.expected * 100.0);
             format!("|z| > 3      {share:.3} %   of {} values; {expected:.3} % if only noise differs\n", z.values)
         });
         format!(
-            "{} against {}, {width}x{height}\npixels       {} compared, {} masked ({masks})\nRMSE         {:.5e}{}\n\
-             relMSE       {:.5e}{own}\nFLIP         {:.5}{shown}\nmax          {:.5e}\nmean shift   {:+.5e}{}\n{z}",
+            "{} against {}, {width}x{height}\npixels       {} compared, {} masked ({masks}){not_sampled}\nRMSE         {:.5e}{}\n\
+             relMSE       {:.5e}{own}\nFLIP         {flip}{shown}\nmax          {:.5e}\nmean shift   {:+.5e}{}\n{z}",
             self.image,
             self.reference,
             self.counted,
@@ -156,7 +163,6 @@ impl Verdict {
             self.rmse,
             of_mean(self.rmse),
             self.relmse,
-            self.flip,
             self.max,
             self.mean_shift,
             of_mean(self.mean_shift),

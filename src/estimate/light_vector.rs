@@ -27,6 +27,9 @@ pub struct LightVector {
     samples: u32,
 }
 
+/// Bound of [`LightVector::turning`]: few samples must not make much of a turn.
+pub const MOST_TURNING: f32 = 2.0;
+
 impl LightVector {
     /// Adds a sample of a gather for the unit `normal`; one below its horizon counts as dark.
     #[inline]
@@ -84,6 +87,16 @@ impl LightVector {
     #[must_use]
     pub fn vector(&self) -> Vec3 {
         self.vector / self.count()
+    }
+
+    /// How much more irradiance than on this vector's own surface, of unit `normal`, falls on one turned to `other` at the same
+    /// place: linear in the turn, by the rotational gradient. Never n·V for another normal: light below the horizon of either
+    /// would be counted wrongly. At most [`MOST_TURNING`].
+    #[must_use]
+    pub fn turning(&self, normal: Vec3, other: Vec3) -> f32 {
+        let own = luminance(self.irradiance);
+        let gradient = self.vector - normal * normal.dot(self.vector);
+        if own > 0.0 { (1.0 + gradient.dot(other) / own).clamp(0.0, MOST_TURNING) } else { 1.0 }
     }
 
     /// Fluence of the luminance over the hemisphere, W·m⁻².

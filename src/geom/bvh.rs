@@ -1,26 +1,29 @@
 //! Bounding volume hierarchy over the scene's triangles: the only file that names `obvhs`.
 
+use super::coincident::{Twins, without_repeats};
+use super::watertight::{Corners, Meeting, Shear};
 use super::{Hit, Ray};
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
-use obvhs::BvhBuildParams;
+use obvhs::aabb::Aabb;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::builder::build_cwbvh_from_tris;
-use obvhs::ploc::PlocSearchDistance;
+use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::ray::RayHit;
-use obvhs::rt_triangle::RtTriangle;
+use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
-use std::collections::HashSet;
-use std::time::Duration;
 
 /// An eight-wide compressed hierarchy with its triangles stored in leaf order.
 ///
 /// Spatial splits list a triangle in several leaves, so there may be more leaf triangles than scene triangles.
 pub struct Bvh {
     tree: CwBvh,
-    triangles: Vec<RtTriangle>,
+    triangles: Vec<Corners>,
     /// Scene triangle of each leaf triangle; the top bit marks a cut-out mask.
     ids: Vec<u32>,
+    /// Triangles on whose back lies another one.
+    twins: Twins,
     /// What scene coordinates are multiplied by: a power of two, so that nothing is rounded.
     scale: f32,
 }
@@ -31,39 +34,55 @@ const DIAGONAL: f32 = 65_536.0;
 
 const MASKED: u32 = 1 << 31;
 
-/// Trace quality is worth more than build time: rays outnumber triangles by far. On Crytek Sponza it builds in 0.6 s.
-const fn parameters() -> BvhBuildParams {
-    BvhBuildParams {
-        ploc_search_distance: PlocSearchDistance::VeryHigh,
-        search_depth_threshold: 0,
-        ..BvhBuildParams::very_slow_build()
+/// How much boxes are larger than what they hold, against the largest coordinate: several times the rounding of a box test, so
+/// that a ray through an edge that two boxes share misses neither.
+const MARGIN: f32 = 1.0 / (1 << 20) as f32;
+
+/// Builds the tree of triangles. Trace quality is worth more than build time: rays outnumber triangles by far. On Crytek Sponza it
+/// builds in 0.6 s.
+fn build_tree(triangles: &[Triangle]) -> CwBvh {
+    let mut boxes: Vec<Aabb> = triangles.iter().map(|triangle| triangle.aabb()).collect();
+    let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();
+    let areas = || boxes.iter().map(Aabb::half_area);
+    let (mean, largest) = (areas().sum::<f32>() / boxes.len() as f32, areas().fold(0.0, f32::max));
+    split_aabbs_preset(&mut boxes, &mut indices, triangles, mean, largest);
+    let reach = |b: &Aabb| b.min.abs().max(b.max.abs()).max_element();
+    let margin = boxes.iter().map(reach).fold(DIAGONAL, f32::max) * MARGIN;
+    for b in &mut boxes {
+        (b.min, b.max) = (b.min - margin, b.max + margin);
     }
+    let (search, precision) = (PlocSearchDistance::VeryHigh, SortPrecision::U128);
+    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(search, &boxes, indices, precision, 0);
+    tree.uses_spatial_splits = true;
+    ReinsertionOptimizer::default().run(&mut tree, 1.0, None);
+    bvh2_to_cwbvh(&tree, 3, true, false)
 }
 
 impl Bvh {
     /// Builds the hierarchy of all triangles of `scene`.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
-        let unique = without_repeats(scene);
+        let (unique, twins) = without_repeats(scene);
         let scale = (DIAGONAL / scene.diagonal()).log2().ceil().clamp(-120.0, 120.0).exp2();
+        let scaled = |id: TriangleId| scene.corners(id).map(|p| p * scale);
         let corners: Vec<Triangle> = unique
             .iter()
             .map(|&id| {
-                let [a, b, c] = scene.corners(id).map(|p| p * scale);
-                Triangle { v0: a.into(), v1: b.into(), v2: c.into() }
+                let [v0, v1, v2] = scaled(id).map(Into::into);
+                Triangle { v0, v1, v2 }
             })
             .collect();
         if corners.is_empty() {
-            return Self { tree: CwBvh::default(), triangles: Vec::new(), ids: Vec::new(), scale };
+            return Self { tree: CwBvh::default(), triangles: Vec::new(), ids: Vec::new(), twins, scale };
         }
-        let tree = build_cwbvh_from_tris(&corners, parameters(), &mut Duration::default());
-        let triangles = tree.primitive_indices.iter().map(|&i| (&corners[i as usize]).into()).collect();
+        let tree = build_tree(&corners);
+        let triangles = tree.primitive_indices.iter().map(|&i| Corners::new(scaled(unique[i as usize]))).collect();
         let flagged = |i: &u32| {
             let id = unique[*i as usize];
             if scene.material(id).map_d.is_some() { id.0 | MASKED } else { id.0 }
         };
         let ids = tree.primitive_indices.iter().map(flagged).collect();
-        Self { tree, triangles, ids, scale }
+        Self { tree, triangles, ids, twins, scale }
     }
 
     /// The closest opaque hit of `ray`, whichever side it comes from.
@@ -71,33 +90,37 @@ impl Bvh {
     pub fn closest(&self, scene: &Scene, ray: &Ray) -> Option<Hit> {
         let mut record = RayHit::none();
         let traced = self.to_obvhs(ray);
-        let found = self.tree.ray_traverse(traced, &mut record, |r, i| self.intersect(scene, r, i));
+        let sheared = Shear::new(ray.origin * self.scale, ray.direction);
+        let mut weights = [0.0; 2];
+        let found = self.tree.ray_traverse(traced, &mut record, |r, i| {
+            let Some(meeting) = self.intersect(scene, &sheared, r.tmax, i) else { return f32::INFINITY };
+            weights = [meeting.u, meeting.v];
+            meeting.t
+        });
         found.then(|| {
-            let leaf = record.primitive_id as usize;
-            let triangle = TriangleId(self.ids[leaf] & !MASKED);
-            let [u, v] = self.triangles[leaf].compute_barycentric(&traced).to_array();
+            let triangle = TriangleId(self.ids[record.primitive_id as usize] & !MASKED);
             let back = scene.area_vector(triangle).dot(ray.direction) > 0.0;
-            Hit { t: record.t / self.scale, triangle, u, v, back }
+            let [u, v] = weights;
+            self.twins.facing(Hit { t: record.t / self.scale, triangle, u, v, back })
         })
     }
 
     /// Whether anything opaque lies on the segment.
     #[must_use]
     pub fn occluded(&self, scene: &Scene, ray: &Ray) -> bool {
-        !self.tree.ray_traverse_miss(self.to_obvhs(ray), |r, i| self.intersect(scene, r, i))
+        let sheared = Shear::new(ray.origin * self.scale, ray.direction);
+        !self.tree.ray_traverse_miss(self.to_obvhs(ray), |r, i| {
+            self.intersect(scene, &sheared, r.tmax, i).map_or(f32::INFINITY, |meeting| meeting.t)
+        })
     }
 
-    /// Distance to leaf triangle `index`, infinite on a miss or through a hole of its mask.
+    /// Where the ray meets leaf triangle `index` before `t_max`; `None` through a hole of its mask.
     #[inline]
-    fn intersect(&self, scene: &Scene, ray: &obvhs::ray::Ray, index: usize) -> f32 {
-        let t = self.triangles[index].intersect(ray);
-        if self.ids[index] & MASKED != 0 && t < ray.tmax {
-            let [u, v] = self.triangles[index].compute_barycentric(ray).to_array();
-            if !scene.is_opaque_at(TriangleId(self.ids[index] & !MASKED), u, v) {
-                return f32::INFINITY;
-            }
-        }
-        t
+    fn intersect(&self, scene: &Scene, ray: &Shear, t_max: f32, index: usize) -> Option<Meeting> {
+        let meeting = self.triangles[index].meet(ray, t_max)?;
+        let id = self.ids[index];
+        let is_hole = || !scene.is_opaque_at(TriangleId(id & !MASKED), meeting.u, meeting.v);
+        if id & MASKED != 0 && is_hole() { None } else { Some(meeting) }
     }
 
     fn to_obvhs(&self, ray: &Ray) -> obvhs::ray::Ray {
@@ -106,18 +129,6 @@ impl Bvh {
         let direction = ray.direction + Vec3::ZERO;
         obvhs::ray::Ray::new((ray.origin * self.scale).into(), direction.into(), 0.0, ray.t_max * self.scale)
     }
-}
-
-/// The triangles without those that repeat an earlier one in place and material: no ray can tell them apart, and the
-/// builder takes quadratic time over coincident ones (measured: 12 s for 20,000).
-fn without_repeats(scene: &Scene) -> Vec<TriangleId> {
-    let mut seen = HashSet::with_capacity(scene.triangles.len());
-    let mut is_new = |id: &TriangleId| {
-        let mut corners = scene.triangles[id.0 as usize];
-        corners.sort_unstable();
-        seen.insert((corners, scene.triangle_materials[id.0 as usize]))
-    };
-    (0..scene.triangles.len() as u32).map(TriangleId).filter(|id| is_new(id)).collect()
 }
 
 /// Closest hit by testing every triangle: the yardstick of the tests.

@@ -1,6 +1,8 @@
 //! Rays against the scene's triangles.
 
 pub mod bvh;
+mod coincident;
+pub mod watertight;
 
 use crate::scene::{FaceId, TriangleId};
 use glam::Vec3;

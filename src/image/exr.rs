@@ -69,6 +69,8 @@ pub struct ReferenceLayers<'a> {
     pub variance: &'a [Vec3],
     /// `mask`: whether the pixel counts in comparisons (1) or is an emitter or background (0).
     pub mask: Option<&'a [bool]>,
+    /// `sampled`: whether the pixel was looked at (1) or says nothing (0); `None` if all were.
+    pub sampled: Option<&'a [bool]>,
 }
 
 /// Values that the file could not hold as they were.
@@ -162,8 +164,10 @@ pub fn write_reference(path: &Path, layers: &ReferenceLayers<'_>, provenance: &P
     for (i, name) in VARIANCE.into_iter().enumerate() {
         channels.push(altered.float_channel(name, layers.variance.iter().map(|p| p[i])));
     }
-    if let Some(mask) = layers.mask {
-        channels.push(altered.half_channel("mask", mask.iter().map(|&m| f32::from(u8::from(m)))));
+    for (name, flags) in [("mask", layers.mask), ("sampled", layers.sampled)] {
+        if let Some(flags) = flags {
+            channels.push(altered.half_channel(name, flags.iter().map(|&is| f32::from(u8::from(is)))));
+        }
     }
     write_channels(path, layers.size, channels, provenance)?;
     Ok(altered)
@@ -236,9 +240,22 @@ pub struct RgbImage {
     pub variance: Option<Vec<Vec3>>,
     /// Pixels that count in comparisons, where the file says (`mask` ≥ 0.5).
     pub mask: Option<Vec<bool>>,
+    /// Pixels that have a value at all, where the file says (`sampled` ≥ 0.5).
+    pub sampled: Option<Vec<bool>>,
 }
 
-/// Reads `R`, `G`, `B`, and `variance.` and `mask` where present, from the first part of any flat EXR file.
+impl RgbImage {
+    /// Pixels that count in comparisons and have a value; `None` if all do.
+    #[must_use]
+    pub fn counted(&self) -> Option<Vec<bool>> {
+        match (&self.mask, &self.sampled) {
+            (Some(mask), Some(sampled)) => Some(mask.iter().zip(sampled).map(|(&a, &b)| a && b).collect()),
+            (flags, None) | (None, flags) => flags.clone(),
+        }
+    }
+}
+
+/// Reads `R`, `G`, `B`, and `variance.`, `mask` and `sampled` where present, from the first part of any flat EXR file.
 ///
 /// # Errors
 /// [`Error::Io`] if the file cannot be read, [`Error::Input`] if it is no EXR, is damaged, lacks a channel or has
@@ -266,8 +283,8 @@ pub fn read_rgb(path: &Path) -> Result<RgbImage> {
         let names: Vec<String> = layer.channel_data.list.iter().map(|c| c.name.to_string()).collect();
         refused(path, &format!("needs the channels R, G and B, has {}", names.join(", ")))
     })?;
-    let mask = channel("mask").map(|m| m.values_as_f32().map(|v| v >= 0.5).collect());
-    Ok(RgbImage { size, rgb, variance: triple(VARIANCE), mask })
+    let flags = |name| channel(name).map(|flags| flags.values_as_f32().map(|v| v >= 0.5).collect());
+    Ok(RgbImage { size, rgb, variance: triple(VARIANCE), mask: flags("mask"), sampled: flags("sampled") })
 }
 
 /// Looks at the sizes before anything of that size is allocated: a few bytes can claim any number of pixels.

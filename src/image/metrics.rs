@@ -75,24 +75,37 @@ pub fn compare(image: &[Vec3], reference: &[Vec3], mask: Option<&[bool]>, epsilo
     })
 }
 
-/// The reference's own relMSE, expected from the variance of its mean: no image can be shown to be closer than this.
+/// What a reference's noise alone makes of the measures: no image can be shown to be closer than this.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OwnNoise {
+    /// Mean over pixels and channels of variance/(r² + ε).
+    pub relmse: f64,
+    /// Mean over pixels and channels of the variance.
+    pub mean_square: f64,
+}
+
+/// The reference's own noise, from the variance of its mean.
 ///
 /// `None` when no pixel is left to count.
 ///
 /// # Panics
 /// If the slices differ in length.
 #[must_use]
-pub fn own_relmse(reference: &[Vec3], variance: &[Vec3], mask: Option<&[bool]>, epsilon: Epsilon) -> Option<f64> {
+pub fn own_noise(reference: &[Vec3], variance: &[Vec3], mask: Option<&[bool]>, epsilon: Epsilon) -> Option<OwnNoise> {
     assert_eq!(reference.len(), variance.len(), "images of one size");
     let finite = |i: usize| reference[i].is_finite() && variance[i].is_finite();
     let (pixels, ..) = select(reference.len(), mask, finite);
     let epsilon = epsilon.resolve(channel_mean(&pixels, |i| reference[i])?);
-    let sum: f64 = pixels
-        .iter()
-        .flat_map(|&i| (0..3).map(move |c| (f64::from(reference[i][c]), f64::from(variance[i][c]))))
-        .map(|(r, v)| ratio(v, r * r + epsilon))
-        .sum();
-    Some(sum / (pixels.len() as f64 * 3.0))
+    let (mut relative, mut square) = (0.0, 0.0);
+    for &i in &pixels {
+        for channel in 0..3 {
+            let [r, v] = [reference[i], variance[i]].map(|c| f64::from(c[channel]));
+            relative += ratio(v, r * r + epsilon);
+            square += v;
+        }
+    }
+    let n = pixels.len() as f64 * 3.0;
+    Some(OwnNoise { relmse: relative / n, mean_square: square / n })
 }
 
 /// How often images differ by more than their noise explains.
@@ -246,9 +259,11 @@ mod tests {
     #[test]
     fn own_error_is_what_noise_of_that_variance_measures() {
         let variance = [Vec3::new(0.25, 0.0, 1.0), Vec3::new(0.01, 0.0, 0.0)];
-        let own = own_relmse(&REFERENCE, &variance, None, Epsilon::default()).expect("pixels");
-        close(own, compare(&IMAGE, &REFERENCE, None, Epsilon::default()).expect("pixels").relmse);
-        let masked = own_relmse(&REFERENCE, &variance, Some(&[true, false]), Epsilon::default()).expect("pixels");
-        close(masked, (0.25 / 1.04 + 1.0 / 9.04) / 3.0);
+        let own = own_noise(&REFERENCE, &variance, None, Epsilon::default()).expect("pixels");
+        let measured = compare(&IMAGE, &REFERENCE, None, Epsilon::default()).expect("pixels");
+        close(own.relmse, measured.relmse);
+        close(own.mean_square, measured.rmse.powi(2));
+        let masked = own_noise(&REFERENCE, &variance, Some(&[true, false]), Epsilon::default()).expect("pixels");
+        close(masked.relmse, (0.25 / 1.04 + 1.0 / 9.04) / 3.0);
     }
 }

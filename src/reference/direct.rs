@@ -22,7 +22,9 @@ impl Tracer<'_> {
         self.bounds.clear();
         self.bounds.extend(sources.iter().map(|s| s.bound(surface.origin, surface.normal)));
         self.total_bound = self.bounds.iter().sum();
-        let mut target = random.pick() * self.total_bound;
+        // One point of the sequence chooses the light and the point of it.
+        let point = random.light(0);
+        let mut target = point[2] * self.total_bound;
         let chosen = self.bounds.iter().position(|&bound| {
             let found = bound > 0.0 && target < bound;
             target -= bound;
@@ -30,9 +32,7 @@ impl Tracer<'_> {
         });
         // Rounding may run past the end; the last light that can contribute stands in.
         let light = chosen.or_else(|| self.bounds.iter().rposition(|&b| b > 0.0));
-        light.map_or(Vec3::ZERO, |light| {
-            self.light_of(surface, light, random.light(0)) * (self.total_bound / self.bounds[light])
-        })
+        light.map_or(Vec3::ZERO, |light| self.light_of(surface, light, point) * (self.total_bound / self.bounds[light]))
     }
 
     /// Probability with which [`Self::direct`] took the light at the surface it was last asked for.

@@ -9,7 +9,7 @@ mod direct;
 mod path;
 mod surface;
 
-pub use accumulator::{Accumulator, Pass, ReferenceImage};
+pub use accumulator::{Accumulator, Pass, ReferenceImage, random_pixels};
 
 /// How a pixel is sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -67,12 +67,7 @@ impl Random {
         Vec2::new(u, v)
     }
 
-    /// Chooses a light.
-    pub(super) fn pick(&self) -> f32 {
-        self.sequence.point(self.index)[3]
-    }
-
-    /// Chooses a point of the light sampled `k`-th, k < 4.
+    /// Chooses a point of the light sampled `k`-th, k < 4 (two), and which light that is (one).
     pub(super) fn light(&self, k: u32) -> [f32; 4] {
         self.sequence.point_of_set(self.index, 1 + k)
     }

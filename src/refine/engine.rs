@@ -73,6 +73,8 @@ pub struct Engine {
     pub(super) queue: Queue,
     pub(super) eye: Vec3,
     pub(super) generation: u32,
+    /// What the view before showed: a camera that stays keeps what is known of its pixels.
+    seen: (Vec3, Vec<(FaceId, u32)>),
     /// Roots of the visible faces.
     pub(super) roots: Vec<NodeId>,
     pub(super) published: Published,
@@ -80,6 +82,12 @@ pub struct Engine {
     pub(super) stats: EngineStats,
     /// Vertices taken for enclosed by other geometry because no light was found there: only as long as the lights stay.
     pub(super) enclosed: Vec<VertexId>,
+    /// Visible base vertices, those that may predict others after them.
+    pub(super) base: Vec<VertexId>,
+    /// Base vertices that predict others in this view.
+    pub(super) predicting: Vec<VertexId>,
+    /// Rays traced when the predictions were last brought up to date.
+    pub(super) predicted_at: u64,
     /// Clock of the engine's own thread when it was made, nanoseconds.
     pub(super) born: u64,
 }
@@ -104,11 +112,15 @@ impl Engine {
             queue: Queue::default(),
             eye: Vec3::ZERO,
             generation: 0,
+            seen: (Vec3::ZERO, Vec::new()),
             roots: Vec::new(),
             published: Published::default(),
             image: ImageError::default(),
             stats: EngineStats::default(),
             enclosed: Vec::new(),
+            base: Vec::new(),
+            predicting: Vec::new(),
+            predicted_at: 0,
             born: thread_nanoseconds(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),
             scene,
@@ -147,11 +159,13 @@ impl Engine {
     /// Takes a new view: creates what became visible, re-evaluates the specular luminance without a ray, and returns all
     /// visible leaves with the values known so far.
     pub fn set_visible(&mut self, visible: &Visible) -> Update {
-        self.forget_view();
-        self.generation = visible.generation;
+        let stays = self.seen.0 == visible.eye && self.seen.1 == visible.faces;
+        self.seen = (visible.eye, visible.faces.clone());
+        self.forget_view(stays);
+        let before = std::mem::replace(&mut self.generation, visible.generation);
         self.eye = visible.eye;
         self.roots = visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
-        let leaves = self.visible_leaves(&visible.faces);
+        let leaves = self.visible_leaves(&visible.faces, stays.then_some(before));
         self.queue.clear();
         self.tolerance = FIRST_TOLERANCE.max(self.options.tolerance);
         self.image = ImageError::default();
@@ -172,17 +186,23 @@ impl Engine {
         self.full_update(&leaves, &slots)
     }
 
-    /// The leaves of the visible faces, drawn and with their share of the faces' pixels until they are counted.
-    fn visible_leaves(&mut self, faces: &[(FaceId, u32)]) -> Vec<NodeId> {
+    /// The leaves of the visible faces, drawn and with their share of the faces' pixels until they are counted, or with the
+    /// pixels that they have if the camera is that of generation `stays`.
+    fn visible_leaves(&mut self, faces: &[(FaceId, u32)], stays: Option<u32>) -> Vec<NodeId> {
         let mut all = Vec::new();
         for (i, &(_, pixels)) in faces.iter().enumerate() {
             let start = all.len();
             self.cache.topology.leaves(self.roots[i], &mut all);
             for &leaf in &all[start..] {
-                let share = 0.25_f32.powi(i32::from(self.cache.topology.nodes[leaf.0].level));
-                let work = &mut self.cache.topology.nodes[leaf.0].work;
-                work.share = pixels as f32 * share;
-                (work.pixels, work.ray) = (work.share, None);
+                let node = &mut self.cache.topology.nodes[leaf.0];
+                let work = &mut node.work;
+                if let Some(before) = stays {
+                    let current = node.inner.iter_mut().filter(|inner| inner.generation == before);
+                    current.for_each(|inner| inner.generation = self.generation);
+                } else {
+                    work.share = pixels as f32 * 0.25_f32.powi(i32::from(node.level));
+                    (work.pixels, work.ray) = (work.share, None);
+                }
                 work.generation = self.generation;
                 work.version += 1;
                 (work.accounted, work.light, work.error) = (0.0, 0.0, 0.0);
@@ -190,7 +210,7 @@ impl Engine {
         }
         for &leaf in &all {
             let drawn = &self.cache.topology.nodes[leaf.0].drawn;
-            let stale = drawn.iter().any(|l| self.cache.leaves[l.0].leaf.flat.is_some());
+            let stale = stays.is_none() && drawn.iter().any(|l| self.cache.leaves[l.0].leaf.flat.is_some());
             if drawn.is_empty() || stale {
                 self.retire_drawn(leaf);
                 self.draw_node(leaf);
@@ -275,7 +295,7 @@ impl Engine {
                 variance: shown.diffuse.variance,
                 covered: false,
                 known: self.cache.vertices[record.vertex.0].progress.visited,
-                stale: false,
+                ..Light::default()
             };
         }
         let fresh = |s: &&SlotId| !self.cache.slots[s.0].indirect.known;

@@ -1,7 +1,7 @@
 //! Indirect light in a batch: vertices gathered, its mesh refined, what depends on them brought up to date.
 
 use super::engine::Engine;
-use super::indirect_priority::{FIRST_RAYS, PROOF_OF_DARKNESS};
+use super::indirect_priority::PROOF_OF_DARKNESS;
 use super::priority::CHILD;
 use super::queue::Task;
 use crate::cache::dynamic::SlotId;
@@ -38,10 +38,10 @@ impl IndirectWork {
         self.refined.len() + self.vertices.len()
     }
 
-    /// Adds a vertex that has `rays` rays so far.
+    /// Adds a vertex that is to get `rays` more rays.
     pub(super) fn gather(&mut self, vertex: VertexId, rays: u32) {
         self.vertices.push(vertex);
-        self.rays += rays.max(FIRST_RAYS);
+        self.rays += rays;
     }
 
     /// Adds a leaf whose middles get `first` rays each.
@@ -58,6 +58,7 @@ impl Engine {
         if !self.options.indirect {
             return;
         }
+        self.place_above();
         let mut leaves = Vec::new();
         self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
         let corners = self.corners_of_all(&leaves);
@@ -72,7 +73,9 @@ impl Engine {
             self.account_indirect(leaf);
             self.enqueue_refinement(leaf);
         }
+        self.spread_reach();
         corners.into_iter().for_each(|v| self.enqueue_gather(v));
+        self.refresh_predictions();
     }
 
     /// Traces a batch's gathers and draws the consequences.
@@ -90,6 +93,7 @@ impl Engine {
         self.published.changed.extend(written);
         work.refined.iter().for_each(|&node| self.divide(node));
         self.judge_around(&slots, &work.refined, vertices);
+        self.refresh_predictions_in_time();
     }
 
     /// Finds vertices inside something: none of their rays found any light, no light reaches them, and neighbours do see
@@ -130,7 +134,7 @@ impl Engine {
         let mut rounds: Vec<(VertexId, u32)> = Vec::new();
         for &vertex in &work.vertices {
             let so_far = self.cache.indirect.rays(vertex);
-            let first = || self.cache.indirect.first_rays(vertex, FIRST_RAYS);
+            let first = || self.cache.indirect.first_rays(vertex, self.judge().first_rays_at(vertex));
             rounds.push((vertex, if so_far == 0 { first() } else { so_far }));
         }
         for &node in &work.refined {
@@ -246,7 +250,7 @@ impl Engine {
         first.map_or(Vec::new(), |first| (0..4).map(|i| NodeId(first.0 + i)).collect())
     }
 
-    fn corners_of_all(&self, nodes: &[NodeId]) -> Vec<VertexId> {
+    pub(super) fn corners_of_all(&self, nodes: &[NodeId]) -> Vec<VertexId> {
         let mut vertices: Vec<VertexId> = nodes.iter().flat_map(|&n| self.cache.corner_vertices(n)).collect();
         vertices.sort_unstable();
         vertices.dedup();
@@ -287,7 +291,7 @@ impl Engine {
     }
 
     /// Brings a leaf's share of the image's error up to date.
-    fn account_indirect(&mut self, id: NodeId) {
+    pub(super) fn account_indirect(&mut self, id: NodeId) {
         let face = self.cache.topology.nodes[id.0].face;
         let [interpolation, noise] = self.judge().indirect_error(id);
         let shown = self.reflectances.noise_gain(&self.scene, face) * (interpolation + noise);
@@ -311,7 +315,7 @@ impl Engine {
         }
     }
 
-    fn enqueue_gather(&mut self, id: VertexId) {
+    pub(super) fn enqueue_gather(&mut self, id: VertexId) {
         let key = self.judge().gather_key(id);
         let vertex = &mut self.cache.vertices[id.0];
         if is_due(key, vertex.queued) {

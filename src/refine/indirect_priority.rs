@@ -31,6 +31,10 @@ const LARGE: f32 = 64.0;
 const LEAST_REFLECTANCE: f32 = 0.05;
 /// Standard deviation of a vertex that was never sampled against the mean of the image.
 const UNSAMPLED: f32 = 0.5;
+/// The same where coarser vertices predict it: what they see may be darker than what is typical, but it may be wrong, too.
+const PREDICTED: f32 = 0.3;
+/// Share of a vertex's noise, as a variance, that the vertices which it predicts show, against its weight there.
+const NOISE_BELOW: f32 = 0.3;
 /// How many times its expected noise a squared surplus must exceed for it to be believed: two standard deviations.
 const SIGNIFICANCE: f32 = 2.6;
 /// Least relative standard deviation of a sample: that the first few agree does not say that all would.
@@ -175,14 +179,13 @@ impl Judge<'_> {
         let vertex = &self.cache.vertices[id.0];
         let rays = self.cache.indirect.rays(id);
         // A covered midpoint takes over what is known around; of a base vertex something must be known.
-        let is_midpoint = vertex.first_slot.is_some_and(|slot| self.cache.slots[slot.0].between.is_some());
+        let is_midpoint = vertex.first_slot.is_some_and(|slot| !self.cache.slots[slot.0].is_base());
         if rays >= MAX_RAYS || (vertex.progress.covered && (rays > 0 || is_midpoint)) {
             return 0.0;
         }
         if rays == 0 {
-            // Where all that is seen is dark so far there is nothing to compare with, and all the more to find.
-            let unknown = if self.mean > 0.0 { (UNSAMPLED * self.mean).powi(2) } else { 1.0 };
-            return vertex.reach * unknown / (FIRST_RAYS as f32 * RAYS_A_SAMPLE);
+            let rays = self.first_rays_at(id) as f32;
+            return (vertex.reach + vertex.reach_below) * self.first_gain(id, rays) / (rays * RAYS_A_SAMPLE);
         }
         let likely = |slot: SlotId| {
             let light = &self.cache.slots[slot.0].indirect;
@@ -193,6 +196,36 @@ impl Judge<'_> {
             // It may lie inside something, or its few rays missed what light there is.
             variance = (UNSAMPLED * self.mean).powi(2) / rays as f32;
         }
-        vertex.reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
+        (vertex.reach + NOISE_BELOW * vertex.reach_below) * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
+    }
+
+    /// Drop of the square error at a vertex that its first round of so many rays would buy.
+    fn first_gain(&self, id: VertexId, rays: f32) -> f32 {
+        let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
+        // The coarsest do show what others predict, but many rest on them.
+        let rests_on_others = |slot: &SlotId| self.cache.slots[slot.0].rank > 0;
+        let predicted = self.cache.slots_of(id).filter(rests_on_others).map(light).filter(|light| light.above);
+        let Some(doubt) = predicted.map(|light| light.variance).reduce(f32::max) else {
+            // Where all that is seen is dark so far there is nothing to compare with, and all the more to find.
+            return if self.mean > 0.0 { (UNSAMPLED * self.mean).powi(2) } else { 1.0 };
+        };
+        let doubt = doubt.max((PREDICTED * self.mean).powi(2));
+        // A sample of its own brings noise of its own: about as much a ray as those that predict it have.
+        let parents = self.cache.parents_of(id).filter(|(parent, _)| self.cache.indirect.is_sampled(*parent));
+        let a_ray = parents.map(|(parent, _)| light(parent).variance * self.rays_at(parent) as f32);
+        let (sum, count) = a_ray.fold((0.0, 0), |(sum, count), noise| (sum + noise, count + 1));
+        if count == 0 { doubt } else { (doubt - sum / (count as f32 * rays)).max(0.0) }
+    }
+
+    /// Rays of the first round at a base vertex: about as many as those that predict it have, or finer vertices would show
+    /// more noise than coarse ones.
+    #[must_use]
+    pub fn first_rays_at(&self, id: VertexId) -> u32 {
+        let rays = self.cache.parents_of(id).map(|(parent, _)| self.rays_at(parent)).filter(|&rays| rays > 0);
+        (rays.min().unwrap_or(FIRST_RAYS) / 2).clamp(FIRST_RAYS, MOST_FIRST_RAYS)
+    }
+
+    fn rays_at(&self, slot: SlotId) -> u32 {
+        self.cache.indirect.rays(self.cache.slots[slot.0].vertex)
     }
 }

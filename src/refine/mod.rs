@@ -1,5 +1,6 @@
 //! The light engine: it owns the cache, decides what to trace next, and tells the GPU what changed.
 
+mod above;
 mod counts;
 pub mod engine;
 mod highlights;

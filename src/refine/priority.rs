@@ -157,7 +157,9 @@ impl Judge<'_> {
         let variance = node.corners.map(|slot| self.cache.slots[slot.0].direct.variance).iter().sum::<f32>();
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let (highlight, surprise) = (self.highlight(id), self.surprise(id));
-        let interpolation = node.work.surplus
+        // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
+        let surplus = node.work.surplus / if contrast > HARD_CONTRAST { CHILD } else { 1.0 };
+        let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
             + highlight * highlight * node.work.highlight_share
             + surprise * surprise * SURPRISE_SHARE;

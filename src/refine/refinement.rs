@@ -81,7 +81,10 @@ impl Engine {
                 Task::Inner(node) => direct.inner.push(node),
                 Task::Settle(vertex) => direct.jobs.push(self.take(vertex, Wanted::Settle)),
                 Task::Double(vertex) => direct.jobs.push(self.take(vertex, Wanted::Double)),
-                Task::Gather(vertex) => indirect.gather(vertex, self.cache.indirect.rays(vertex)),
+                Task::Gather(vertex) => {
+                    let rays = self.cache.indirect.rays(vertex);
+                    indirect.gather(vertex, if rays == 0 { self.judge().first_rays_at(vertex) } else { rays });
+                }
                 Task::Refine(node) => indirect.refine(node, self.judge().first_rays(node)),
             }
         }

@@ -55,8 +55,8 @@ impl Engine {
     }
 
     /// Forgets what the present view made its leaves and vertices worth: nothing is done for the pixels of another camera.
-    pub(super) fn forget_view(&mut self) {
-        for leaf in self.all_visible_leaves() {
+    pub(super) fn forget_view(&mut self, stays: bool) {
+        for leaf in if stays { Vec::new() } else { self.all_visible_leaves() } {
             self.cache.topology.nodes[leaf.0].work.pixels = 0.0;
         }
         let mut leaves = Vec::new();

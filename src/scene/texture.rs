@@ -132,15 +132,18 @@ fn wrap(i: i64, count: u32) -> usize {
 
 /// Bilinear, repeating look-up in one level.
 fn bilinear(texels: &[[u8; 4]], [width, height]: [u32; 2], uv: Vec2) -> Vec4 {
-    // Non-finite coordinates are rejected by the loader; wrapping first keeps the integers small.
-    let x = uv.x.rem_euclid(1.0) * width as f32 - 0.5;
-    let y = (1.0 - uv.y).rem_euclid(1.0) * height as f32 - 0.5;
+    // Non-finite coordinates are rejected by the loader; wrapping first keeps the integers small. The same as `rem_euclid(1.0)`, bit
+    // for bit, without its division.
+    let wrapped = |c: f32| c - c.floor();
+    let x = wrapped(uv.x) * width as f32 - 0.5;
+    let y = wrapped(1.0 - uv.y) * height as f32 - 0.5;
     let (x0, y0) = (x.floor(), y.floor());
     let (fx, fy) = (x - x0, y - y0);
     let (x0, y0) = (x0 as i64, y0 as i64);
+    let srgb: &[f32; 256] = &SRGB;
     let texel = |x: i64, y: i64| {
         let [r, g, b, a] = texels[wrap(y, height) * width as usize + wrap(x, width)];
-        Vec4::new(SRGB[r as usize], SRGB[g as usize], SRGB[b as usize], f32::from(a) / 255.0)
+        Vec4::new(srgb[r as usize], srgb[g as usize], srgb[b as usize], f32::from(a) / 255.0)
     };
     let top = texel(x0, y0).lerp(texel(x0 + 1, y0), fx);
     let bottom = texel(x0, y0 + 1).lerp(texel(x0 + 1, y0 + 1), fx);

@@ -177,6 +177,12 @@ fn power(scene: &Scene, kind: &LightKind) -> Vec3 {
 }
 
 fn delta_luminance(kind: &LightKind, x: Vec3, normal: Vec3) -> f32 {
+    // Half of many lights are behind the surface, which is found without a root.
+    if let LightKind::Point { position, .. } | LightKind::Spot { position, .. } = kind
+        && (position - x).dot(normal) <= 0.0
+    {
+        return 0.0;
+    }
     delta_arrival(kind, x).map_or(0.0, |a| luminance(a.facing) * a.direction.dot(normal).max(0.0))
 }
 

@@ -4,6 +4,8 @@ mod compare;
 mod depth;
 mod diff;
 
+use super::args_bench::BenchArgs;
+use super::args_reference::ReferenceArgs;
 use super::pictures::numbered;
 use super::values;
 use crate::error::{Error, Result};
@@ -15,6 +17,7 @@ use crate::refine::options::Priority;
 use crate::scene::camera::ImageSize;
 use crate::scene::{Display, ToneMapping};
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -22,6 +25,8 @@ pub use compare::{CompareArgs, CompareLimits, Tilt};
 pub use depth::DepthArgs;
 pub use diff::{DiffArgs, LimitArgs};
 
+/// Heading of the options about what is refined.
+const REFINEMENT: &str = "Refinement";
 /// Heading of the options about drawing.
 const GPU: &str = "GPU";
 /// Heading of the options about what is said and logged.
@@ -33,9 +38,10 @@ Examples:
   penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
   penombre render scene.toml -o walk_####.png --camera-path walk.toml --error 0.05
   penombre compare scene.toml --out report
-  penombre reference scene.toml -o ref.exr --filter point --spp 1024
+  penombre reference scene.toml -o ref.exr --filter point --spp 1024 --pixels 4000
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
   penombre bench scene.toml
+  penombre bench convergence scene.toml --reference ref.exr --plot errors.svg
   penombre info
 
 Exit status:
@@ -63,7 +69,7 @@ pub enum Command {
     Reference(ReferenceArgs),
     /// Measure how far an image is from a reference
     Diff(DiffArgs),
-    /// Measure speeds of rays, and errors of the hemisphere methods
+    /// Measure speeds of rays, errors of the hemisphere methods, convergence
     Bench(BenchArgs),
     /// List the Vulkan devices, what each lacks, and the formats that would be used
     Info(InfoArgs),
@@ -92,6 +98,9 @@ pub struct RenderArgs {
     /// What is refined.
     #[command(flatten)]
     pub refinement: RefinementArgs,
+    /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
+    #[arg(long, help_heading = REFINEMENT)]
+    pub no_filter: bool,
     /// How changed lighting is redrawn: `id` was measured to be exact and as cheap as any (see `penombre compare`)
     #[arg(long, value_name = "MODE", default_value = "id", value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,
@@ -225,14 +234,11 @@ pub struct EngineArgs {
 
 /// What is refined, and how far.
 #[derive(Args, Clone, Copy, Debug)]
-#[command(next_help_heading = "Refinement")]
+#[command(next_help_heading = REFINEMENT)]
 pub struct RefinementArgs {
     /// Only light that arrives from the sources without a bounce
     #[arg(long)]
     pub direct_only: bool,
-    /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
-    #[arg(long)]
-    pub no_filter: bool,
     /// How the directions of indirect light are chosen: evenly, so that rays add up without bias, or by what the first rays
     /// found, with a bias (to compare)
     #[arg(long, value_name = "METHOD", default_value = "stratified", value_parser = values::hemisphere(),
@@ -273,31 +279,9 @@ pub struct VerbosityArgs {
     pub quiet: bool,
 }
 
-/// Options of `reference`.
-#[derive(Args, Debug)]
-pub struct ReferenceArgs {
-    /// The scene and the view of it.
-    #[command(flatten)]
-    pub scene: SceneArgs,
-    /// File to write (.exr, 32-bit float, with variance)
-    #[arg(short = 'o', long = "output", value_name = "REF.exr", value_parser = values::exr_path)]
-    pub output: PathBuf,
-    /// Only light that arrives from the sources without a bounce
-    #[arg(long)]
-    pub direct_only: bool,
-    /// Surfaces beyond the first hit reflect diffusely (what would go into their highlights, too), as the light engine takes them: what is left
-    /// between the images is the engine's error, not what the method leaves out
-    #[arg(long, conflicts_with = "direct_only")]
-    pub match_method: bool,
-    /// Samples a pixel [default: 256, or as many as fit into --time]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..))]
-    pub spp: Option<u32>,
-    /// Wall-clock seconds after which no new pass over the image starts
-    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = values::seconds)]
-    pub time: Option<Duration>,
-    /// Where in the pixel samples lie: its centre (as `render --aa 1`), or anywhere in it
-    #[arg(long, value_enum, value_name = "FILTER", default_value_t = PixelFilter::Box)]
-    pub filter: PixelFilter,
+/// Threads, random numbers and messages of the commands that need no GPU.
+#[derive(Args, Clone, Copy, Debug, Default)]
+pub struct CpuArgs {
     /// Threads [default: all cores]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=256))]
     pub threads: Option<u32>,
@@ -307,6 +291,17 @@ pub struct ReferenceArgs {
     /// How much is said.
     #[command(flatten)]
     pub verbosity: VerbosityArgs,
+}
+
+impl CpuArgs {
+    /// The pool of threads asked for.
+    ///
+    /// # Errors
+    /// [`Error::Exhausted`] if the system gives no threads.
+    pub fn pool(&self) -> Result<ThreadPool> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(thread_count(self.threads)).build();
+        pool.map_err(|e| Error::Exhausted(format!("cannot start threads: {e}")))
+    }
 }
 
 /// How the pixels of triangles are counted.
@@ -320,38 +315,6 @@ pub enum PixelCounts {
     Atomic,
     /// Not at all
     Off,
-}
-
-/// Where in a pixel camera rays pass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PixelFilter {
-    /// The pixel's centre
-    Point,
-    /// Uniformly over the pixel
-    Box,
-}
-
-/// Options of `bench`.
-#[derive(Args, Debug)]
-pub struct BenchArgs {
-    /// Scene file (.toml) or bare .obj [default: scenes/cornell_box/cornell_box.toml]
-    #[arg(value_name = "SCENE")]
-    pub scene: Option<PathBuf>,
-    /// Camera of the scene file [default: the first]
-    #[arg(long, value_name = "NAME")]
-    pub camera: Option<String>,
-    /// Print the figures as JSON
-    #[arg(long)]
-    pub json: bool,
-    /// Threads that measure errors; speeds are those of one [default: all cores]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=256))]
-    pub threads: Option<u32>,
-    /// Seed of all random choices
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 0)]
-    pub seed: u64,
-    /// How much is said.
-    #[command(flatten)]
-    pub verbosity: VerbosityArgs,
 }
 
 /// Options of `info`.
@@ -372,7 +335,8 @@ pub fn thread_count(asked: Option<u32>) -> usize {
 impl SceneArgs {
     /// The options that determine the image, for the EXR's attributes: never threads, output paths or clocks, so that
     /// two runs that make the same image write the same bytes.
-    fn image_options(&self, command: &str, seed: u64) -> String {
+    #[must_use]
+    pub fn image_options(&self, command: &str, seed: u64) -> String {
         let ImageSize { width, height } = self.size;
         let scene = self.path.file_name().unwrap_or_default().to_string_lossy();
         let camera = self.camera.as_ref().map_or_else(String::new, |name| format!(" --camera {name}"));
@@ -415,7 +379,7 @@ impl RenderArgs {
             RefinementArgs { hemisphere: Method::Stratified, .. } => {}
             RefinementArgs { hemisphere, .. } => text += &format!(" --hemisphere {}", hemisphere.name()),
         }
-        text += if self.refinement.no_filter { " --no-filter" } else { "" };
+        text += if self.no_filter { " --no-filter" } else { "" };
         let BudgetArgs { frames, rays, error, .. } = self.budget;
         let budgets = [
             ("frames", frames.map(|n| n.to_string())),
@@ -430,37 +394,5 @@ impl RenderArgs {
             text += &format!(" --camera-path {path}");
         }
         text
-    }
-}
-
-impl ReferenceArgs {
-    /// The options that determine the image, for its EXR attributes.
-    #[must_use]
-    pub fn image_options(&self) -> String {
-        let filter = match self.filter {
-            PixelFilter::Point => "point",
-            PixelFilter::Box => "box",
-        };
-        let transport = match (self.direct_only, self.match_method) {
-            (true, _) => " --direct-only",
-            (_, true) => " --match-method",
-            _ => "",
-        };
-        self.scene.image_options("reference", self.seed) + &format!("{transport} --filter {filter}")
-    }
-
-    /// Checks before any work that the file can be written.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] saying why not.
-    pub fn check_outputs(&self) -> Result<()> {
-        atomic::check_writable(&[&self.output])
-    }
-
-    /// Samples a pixel at most.
-    #[must_use]
-    pub fn max_spp(&self) -> u32 {
-        const DEFAULT: u32 = 256;
-        self.spp.unwrap_or(if self.time.is_some() { u32::MAX } else { DEFAULT })
     }
 }
