@@ -1,7 +1,9 @@
 #version 460
-// One triangle that covers the image, farther than any leaf but nearer than nothing (depth 0); no less than a step of 16-bit
-// depth.
+// One triangle that covers the image, at the depth of the background.
 #extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+
 void main() {
-    gl_Position = vec4(gl_VertexIndex == 1 ? 3.0 : -1.0, gl_VertexIndex == 2 ? 3.0 : -1.0, 2e-5, 1.0);
+    vec2 corner = vec2(gl_VertexIndex == 1 ? 3.0 : -1.0, gl_VertexIndex == 2 ? 3.0 : -1.0);
+    gl_Position = vec4(corner, frame.background_depth, 1.0);
 }

@@ -1,23 +1,10 @@
 #version 460
-// Luminance: leaves of the dynamic mesh from the list of this draw.
+// Luminance: leaves of the dynamic mesh.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "position.glsl"
-
-layout(location = 0) out vec3 weighted_diffuse;
-layout(location = 1) out vec3 weighted_specular;
-layout(location = 2) out float weight;
-layout(location = 3) flat out uint face;
-layout(location = 4) flat out uint leaf;
+#include "leaf_vertex.glsl"
 
 void main() {
-    leaf = frame.leaf_list.at[uint(gl_VertexIndex) / 3u];
-    uint slot = frame.leaves.at[leaf].slots[uint(gl_VertexIndex) % 3u];
-    face = frame.leaves.at[leaf].face;
-    uint flat_slot = frame.leaves.at[leaf].flat_slot;
-    uint shown = flat_slot == NONE ? slot : flat_slot;
-    weight = frame.slots.at[shown].weight;
-    weighted_diffuse = weight * frame.slots.at[shown].diffuse;
-    weighted_specular = weight * frame.slots.at[shown].specular;
-    set_position(frame.slots.at[slot].position);
+    set_leaf_vertex();
 }

@@ -13,6 +13,7 @@
 //! - [`mod@bench`]: measurements of the rest
 //! - [`vk`]: Vulkan objects with owners; [`pass`]: the frame
 //! - [`image`]: film, EXR, PNG, tone mapping, metrics; [`log`]: frame log
+//! - [`mod@compare`]: update modes compared, and the report of it
 //! - [`cli`]: one file a subcommand
 //!
 //! Dependencies point one way: `math ← scene ← geom ← shade ← estimate ← cache ← refine` and `vk ← pass`; `pass` reads
@@ -21,6 +22,7 @@
 pub mod bench;
 pub mod cache;
 pub mod cli;
+pub mod compare;
 pub mod error;
 pub mod estimate;
 pub mod geom;

@@ -1,9 +1,9 @@
 //! What was typed: every option reaches its field, every mistake is a message.
 
 use clap::{CommandFactory as _, Parser as _};
+use penombre::cli::args::bench::Study;
+use penombre::cli::args::reference::{PixelFilter, ReferenceArgs};
 use penombre::cli::args::{Cli, Command, RenderArgs};
-use penombre::cli::args_bench::Study;
-use penombre::cli::args_reference::{PixelFilter, ReferenceArgs};
 use penombre::estimate::hemisphere::Method;
 use penombre::pass::UpdateMode;
 use penombre::refine::options::Priority;
@@ -66,7 +66,7 @@ fn render_needs_a_scene_and_an_output_only() {
     assert_eq!(args.scene.size, ImageSize { width: 1024, height: 768 });
     assert_eq!(args.output.paths, [PathBuf::from("a.exr")]);
     assert_eq!((args.output.exposure, args.output.tone_mapping), (None, None), "the scene's");
-    assert_eq!((args.update, args.output.aa, args.refresh), (UpdateMode::Stencil, 1, Duration::from_millis(40)));
+    assert_eq!((args.update, args.output.aa, args.refresh), (UpdateMode::Id, 1, Duration::from_millis(40)));
     assert_eq!((args.engine.threads, args.engine.seed, args.engine.deterministic), (None, 0, false));
     assert!(args.budget.time.is_none() && args.budget.frames.is_none() && args.log.is_none());
     assert!(refused("render -o a.exr").contains("SCENE"));
@@ -134,7 +134,7 @@ fn mistakes_are_refused_with_the_option_and_what_would_be_right() {
 
 #[test]
 fn commands_that_do_not_exist_are_usage_errors() {
-    for command in ["view", "compare", "bake", "rendre"] {
+    for command in ["view", "bake", "rendre"] {
         let text = refused(&format!("{command} a b"));
         assert!(text.contains("unrecognized subcommand"), "{text}");
     }
@@ -258,7 +258,7 @@ fn image_options_hold_what_makes_the_image_and_nothing_else() {
     assert_eq!(one.image_options(), two.image_options());
     assert_eq!(
         one.image_options(),
-        "penombre render s.toml --size 8x4 --camera c --seed 3 --update stencil --aa 1 --frames 9"
+        "penombre render s.toml --size 8x4 --camera c --seed 3 --update id --aa 1 --frames 9"
     );
     let args = reference("s.toml -o r.exr --direct-only --size 8x4 --time 3 --threads 2");
     assert_eq!(args.image_options(), "penombre reference s.toml --size 8x4 --seed 0 --direct-only --filter box");

@@ -22,6 +22,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("image", &["math", "error", "scene"]),
     ("log", &["math", "error", "scene", "image", "refine::update"]),
     ("vk", &["math", "error"]),
+    ("compare", &["math", "error", "scene", "image", "log", "vk", "pass", "refine::update"]),
     ("pass", &["math", "error", "scene", "vk", "image", "log", "refine::update"]),
 ];
 

@@ -50,6 +50,20 @@ struct Leaf {
     uint flat_slot; // whose value shows all over, or NONE
 };
 
+// A node of a face's tree (src/pass/lookup.rs): the first of its four children, or NONE, and then its triangles.
+struct LookupNode {
+    uint child;
+    uint stamp;     // of the frame that draws its triangles
+    uint codes;     // a byte a triangle: where its corners lie in the node
+    uint leaves[4]; // NONE where there are fewer
+};
+
+// The tree of a face: its root, or NONE, and the stamp of the frame that last draws a part of it.
+struct LookupRoot {
+    uint node;
+    uint stamp;
+};
+
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Positions { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Triangles { Triangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawnTriangles { DrawnTriangle at[]; };
@@ -59,6 +73,9 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Tex
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Slots { Slot at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Leaves { Leaf at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafList { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LookupNodes { LookupNode at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LookupRoots { LookupRoot at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer References { uint at[]; };
 
 struct Frame {
     mat4 clip_from_world;
@@ -72,6 +89,11 @@ struct Frame {
     Leaves leaves;
     LeafList leaf_list;
     Positions marks;
+    LookupNodes lookup_nodes;
+    LookupRoots lookup_roots;
+    References list_references; // stencil references, where draws export them
+    References mark_references;
+    uvec2 leaf_pixels;          // address of a counter a leaf
     vec3 eye;
     vec3 forward;   // unit
     vec3 right;     // the image's edges are at forward +- right, forward +- down
@@ -84,6 +106,8 @@ struct Frame {
     uint tone_mapping;     // scene::ToneMapping
     uint emits_back;       // whether emissive triangles emit on both sides
     float filter_width;    // of the square that textures are filtered over, pixels
+    float background_depth; // farther than any leaf, nearer than nothing
+    uint lookup_stamp;      // of the leaves to look up; 0 for all
 };
 
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame frame; };

@@ -1,9 +1,4 @@
 // Luminance of a leaf: (w D, w S, w) interpolated, then divided, so that invalid vertices (w = 0) take no part.
-layout(location = 0) in vec3 weighted_diffuse;
-layout(location = 1) in vec3 weighted_specular;
-layout(location = 2) in float weight;
-layout(location = 3) flat in uint face;
-layout(location = 4) flat in uint leaf;
 layout(location = 0) out vec4 out_diffuse; // a: 1, "drawn"
 layout(location = 1) out vec4 out_specular;
 layout(location = 2) out uint out_leaf;
@@ -13,7 +8,7 @@ const float HALF_MAX = 65504.0;
 // Least weight that a vertex with a value has (refine/publish.rs, COVERED_WEIGHT).
 const float LEAST_WEIGHT = 4e-3;
 
-void write_luminance() {
+void write_luminance(vec3 weighted_diffuse, vec3 weighted_specular, float weight, uint leaf) {
     // A pixel centre may lie a little outside of the triangle (its corners are snapped to the raster), where values are
     // extrapolated: neither the weight below its least value nor a negative luminance is what any vertex says.
     float factor = frame.luminance_scale / max(weight, LEAST_WEIGHT);

@@ -1,7 +1,7 @@
 //! `penombre bench`: the project's own measurements.
 
+use super::args::bench::{BenchArgs, Study};
 use super::args::{SceneArgs, VerbosityArgs};
-use super::args_bench::{BenchArgs, Study};
 use super::{Outcome, convergence, interrupt, output, scene};
 use crate::bench::{Errors, Figure, Hits, Report, measure};
 use crate::error::{Error, Result};

@@ -1,7 +1,7 @@
 //! `penombre bench convergence`: the error of the light engine and of the path tracer against CPU time.
 
+use super::args::bench::ConvergenceArgs;
 use super::args::{EngineArgs, SceneArgs};
-use super::args_bench::ConvergenceArgs;
 use super::convergence_report::{Document, targets};
 use super::setup::{self, EngineSetup};
 use super::{Outcome, interrupt, output, scene};
@@ -10,7 +10,7 @@ use crate::bench::truth::Truth;
 use crate::error::{Error, Result};
 use crate::image::exr::read_rgb;
 use crate::image::{atomic, flip};
-use crate::pass::{FrameOptions, Renderer, UpdateMode};
+use crate::pass::{FrameOptions, Renderer, RendererOptions, UpdateMode};
 use crate::reference::{Filter, Settings, Strategy, Transport};
 use crate::refine::engine::{Counted, Visible};
 use crate::refine::thread::EngineThread;
@@ -45,7 +45,7 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     let truth = Truth::new(reference).ok_or_else(|| {
         Error::Usage(format!("{}: no pixel is left to compare, or all are black", args.reference.display()))
     })?;
-    let gpu = setup::open_gpu(&args.device, size)?;
+    let gpu = setup::open_gpu(&args.device, size, RendererOptions::new)?;
     let scene_args = SceneArgs { path: args.scene.clone(), camera: args.camera.clone(), size };
     let Loaded { scene, .. } = scene::load_and_warn(&scene_args, args.cpu.verbosity)?;
     let camera = scene::camera(&scene, args.camera.as_deref())?;

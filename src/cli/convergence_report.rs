@@ -1,7 +1,7 @@
 //! What `bench convergence` found: table, JSON, plot.
 
+use super::args::bench::ConvergenceArgs;
 use super::args::thread_count;
-use super::args_bench::ConvergenceArgs;
 use crate::bench::convergence::{Curve, PathTracer, Point};
 use crate::bench::plot::{Line, log_log};
 use crate::bench::truth::Truth;

@@ -1,9 +1,8 @@
 //! The command line: arguments and one file a subcommand.
 
 pub mod args;
-pub mod args_bench;
-pub mod args_reference;
 pub mod bench;
+pub mod compare;
 pub mod convergence;
 pub mod convergence_report;
 pub mod diff;
@@ -12,12 +11,15 @@ pub mod interrupt;
 pub mod output;
 pub mod pictures;
 pub mod progress;
+mod recording;
 pub mod reference;
+mod refinement;
 pub mod render;
 pub mod scene;
 pub mod session;
 pub mod setup;
 pub mod stills;
+mod tilts;
 mod values;
 pub mod verdict;
 pub mod yardstick;
@@ -78,6 +80,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
     interrupt::install()?;
     match command {
         Command::Render(args) => render::run(args, start),
+        Command::Compare(args) => compare::run(args, start),
         Command::Reference(args) => reference::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Bench(args) => bench::run(args),

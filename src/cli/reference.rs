@@ -1,6 +1,6 @@
 //! `penombre reference`: the brute-force yardstick.
 
-use super::args_reference::{PixelFilter, ReferenceArgs};
+use super::args::reference::{PixelFilter, ReferenceArgs};
 use super::{Outcome, interrupt, output, scene};
 use crate::error::Result;
 use crate::geom::bvh::Bvh;

@@ -11,7 +11,7 @@ use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
 use crate::image::exr::{RgbImage, read_rgb};
 use crate::log::summary::Summary;
-use crate::pass::{Renderer, UpdateMode};
+use crate::pass::{Renderer, RendererOptions, UpdateMode};
 use crate::refine::engine::Visible;
 use crate::scene::camera::View;
 use crate::scene::load::Loaded;
@@ -29,7 +29,7 @@ use std::time::Instant;
 pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     args.check_outputs()?;
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
-    let gpu = setup::open_gpu(&args.device, args.scene.size)?;
+    let gpu = setup::open_gpu(&args.device, args.scene.size, renderer_options(args))?;
     let loading = Instant::now();
     let Loaded { scene, report, .. } = scene::load_and_warn(&args.scene, args.verbosity)?;
     let mut summary = Summary::of_this_run();
@@ -91,11 +91,18 @@ const fn engine_setup(args: &RenderArgs, display: Display) -> EngineSetup {
     }
 }
 
+/// What the renderer is made for; `id` is what the stencil modes fall back to.
+fn renderer_options(args: &RenderArgs) -> impl FnOnce(&Device) -> Result<RendererOptions> + use<> {
+    let (depth, atomic_counts) = (args.depth, args.pixel_counts == PixelCounts::Atomic);
+    let modes = if args.update == UpdateMode::Id { vec![args.update] } else { vec![args.update, UpdateMode::Id] };
+    move |device| Ok(RendererOptions { depth: depth.on(device)?, modes, count_writes: false, atomic_counts })
+}
+
 /// Says what the device cannot do as asked, and what is done instead.
 fn fallbacks(args: &RenderArgs, renderer: &Renderer) -> Vec<String> {
     let device = &renderer.device().report().name;
     let inexact = args.pixel_counts == PixelCounts::Query && !renderer.device().report().precise_queries;
-    let unequal = args.update == UpdateMode::Stencil && !renderer.stencil_works();
+    let unequal = args.update.needs_stencil() && !renderer.stencil_works();
     let cases = [
         (inexact, "counts no pixels exactly by query: --pixel-counts histogram is used"),
         (unequal, "does not redraw triangles at equal depth: --update id is used"),

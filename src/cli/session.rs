@@ -233,8 +233,9 @@ impl Session<'_> {
 
     /// As asked, or by histogram where the device's queries are not exact.
     fn pixel_counts(&self) -> PixelCounts {
-        let precise = self.renderer.device().report().precise_queries;
-        if precise { self.args.pixel_counts } else { PixelCounts::Histogram }
+        let inexact = !self.renderer.device().report().precise_queries;
+        let asked = self.args.pixel_counts;
+        if inexact && asked == PixelCounts::Query { PixelCounts::Histogram } else { asked }
     }
 
     /// Tells the engine what was drawn, with the pixels of the leaves: all of them with each picture, or those that queries
@@ -248,6 +249,7 @@ impl Session<'_> {
                 Some(self.renderer.leaf_counts()?.leaves)
             }
             PixelCounts::Query => Some(self.renderer.query_counts().to_vec()),
+            PixelCounts::Atomic => Some(self.renderer.atomic_counts().to_vec()),
             PixelCounts::Histogram | PixelCounts::Off => None,
         };
         let complete = self.pixel_counts() == PixelCounts::Histogram;

@@ -5,7 +5,7 @@ use super::args::{DeviceArgs, EngineArgs, RefinementArgs, thread_count};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::image::film;
-use crate::pass::Renderer;
+use crate::pass::{Renderer, RendererOptions};
 use crate::refine::engine::Engine;
 use crate::refine::options::Options;
 use crate::refine::thread::{EngineThread, Pace};
@@ -52,17 +52,22 @@ impl Drop for Opening {
     }
 }
 
-/// Opens the device on a thread of its own, for images of this size.
+/// Opens the device on a thread of its own, for images of this size and what the options say.
 ///
 /// # Errors
 /// The system gives no thread.
-pub fn open_gpu(device: &DeviceArgs, size: ImageSize) -> Result<Opening> {
+pub fn open_gpu(
+    device: &DeviceArgs,
+    size: ImageSize,
+    renderer_options: impl FnOnce(&Device) -> Result<RendererOptions> + Send + 'static,
+) -> Result<Opening> {
     let options = DeviceOptions { device: device.device.clone(), validation: None };
     let thread = spawn("penombre-gpu-setup", move || {
         let start = Instant::now();
         let device = Device::new(&options)?;
         let device_seconds = start.elapsed().as_secs_f64();
-        let renderer = Renderer::new(device, size)?;
+        let made_for = renderer_options(&device)?;
+        let renderer = Renderer::with_options(device, size, made_for)?;
         let pipeline_seconds = start.elapsed().as_secs_f64() - device_seconds;
         Ok(Gpu { renderer, device_seconds, pipeline_seconds })
     })?;
@@ -157,11 +162,11 @@ impl EngineSetup {
 }
 
 /// Default size of the smallest shadow wanted, pixels.
-const SHADOW_PIXELS: f32 = 12.0;
+pub(super) const SHADOW_PIXELS: f32 = 12.0;
 /// Default pixels of the largest leaf that may hide a shadow: half a square of that size.
-const SHADOW_AREA: f32 = SHADOW_PIXELS * SHADOW_PIXELS / 2.0;
+pub(super) const SHADOW_AREA: f32 = SHADOW_PIXELS * SHADOW_PIXELS / 2.0;
 /// Error of a pixel against the image's mean at which refinement ends.
-const TOLERANCE: f32 = 2.5e-4;
+pub(super) const TOLERANCE: f32 = 2.5e-4;
 
 fn spawn<T: Send + 'static>(name: &str, work: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>> {
     let spawned = std::thread::Builder::new().name(name.to_owned()).spawn(work);

@@ -3,7 +3,7 @@
 use crate::estimate::hemisphere::Method;
 use crate::image::FileFormat;
 use crate::image::exr::MAX_SIDE;
-use crate::pass::UpdateMode;
+use crate::pass::{DepthFormat, DepthOrder, UpdateMode};
 use crate::refine::options::Priority;
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
@@ -127,12 +127,26 @@ pub fn not_negative(text: &str) -> Result<f32, String> {
     if value.is_finite() && value >= 0.0 { Ok(value) } else { Err("must be 0 or more".to_owned()) }
 }
 
+/// A depth format by name.
+pub fn depth_format() -> impl TypedValueParser<Value = DepthFormat> {
+    PossibleValuesParser::new(DepthFormat::NAMES.map(|(name, _)| name)).try_map(|name| {
+        let found = DepthFormat::NAMES.into_iter().find(|(n, _)| *n == name);
+        found.map(|(_, format)| format).ok_or("unknown format")
+    })
+}
+
+/// An order of depths by name.
+pub fn depth_order() -> impl TypedValueParser<Value = DepthOrder> {
+    PossibleValuesParser::new(DepthOrder::NAMES.map(|(name, _)| name)).try_map(|name| {
+        let found = DepthOrder::NAMES.into_iter().find(|(n, _)| *n == name);
+        found.map(|(_, order)| order).ok_or("unknown order")
+    })
+}
+
 /// An update mode by name.
 pub fn update_mode() -> impl TypedValueParser<Value = UpdateMode> {
-    PossibleValuesParser::new(UpdateMode::NAMES.map(|(name, _)| name)).try_map(|name| {
-        let found = UpdateMode::NAMES.into_iter().find(|(n, _)| *n == name);
-        found.map(|(_, mode)| mode).ok_or("unknown mode")
-    })
+    let names = UpdateMode::ALL.map(UpdateMode::name);
+    PossibleValuesParser::new(names).try_map(|name| UpdateMode::named(&name).ok_or("unknown mode"))
 }
 
 #[cfg(test)]

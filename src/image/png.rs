@@ -37,15 +37,21 @@ pub fn write(path: &Path, size: ImageSize, combined: &[Vec4], display: &Display)
 /// # Errors
 /// [`crate::error::Error::Io`] naming the file.
 pub fn write_bytes(path: &Path, size: ImageSize, bytes: &[u8]) -> Result<()> {
-    atomic::write(path, |file| {
-        let mut encoder = ::png::Encoder::new(BufWriter::new(file), size.width, size.height);
-        encoder.set_color(::png::ColorType::Rgb);
-        encoder.set_depth(::png::BitDepth::Eight);
-        encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header().map_err(into_io)?;
-        writer.write_image_data(bytes).map_err(into_io)?;
-        writer.finish().map_err(into_io)
-    })
+    atomic::write(path, |file| encode(BufWriter::new(file), size, bytes))
+}
+
+/// Encodes 8-bit sRGB likewise, to wherever.
+///
+/// # Errors
+/// What the writer says.
+pub fn encode(to: impl io::Write, size: ImageSize, bytes: &[u8]) -> io::Result<()> {
+    let mut encoder = ::png::Encoder::new(to, size.width, size.height);
+    encoder.set_color(::png::ColorType::Rgb);
+    encoder.set_depth(::png::BitDepth::Eight);
+    encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
+    let mut writer = encoder.write_header().map_err(into_io)?;
+    writer.write_image_data(bytes).map_err(into_io)?;
+    writer.finish().map_err(into_io)
 }
 
 /// Reads a PNG as 8-bit sRGB, top row first; alpha is dropped.

@@ -6,7 +6,7 @@
 use super::targets::Targets;
 use crate::error::Result;
 use crate::vk::commands::Load;
-use crate::vk::pipeline::PipelineDesc;
+use crate::vk::pipeline::{ColourWrites, PipelineDesc};
 use crate::vk::report::COLOUR_FORMAT;
 use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
 
@@ -22,7 +22,7 @@ impl Colour {
             fragment: Some(shaders::COLOUR_FRAG),
             colour: &[COLOUR_FORMAT; 3],
             depth_stencil: None,
-            writes_colour: true,
+            colour_writes: ColourWrites::Replace,
         };
         Ok(Self { pipeline: Pipeline::new(device, "colour", bindings, &desc)? })
     }

@@ -1,5 +1,5 @@
-//! Greedy colouring of patches by their bounds on the screen: patches of one colour do not overlap, so one stencil
-//! reference and two draws serve them all (lavapipe.md 2: 1 to 51 colours for 10 to 10,000 patches).
+//! Greedy colouring of faces by the bounds of their patches on the screen: patches of one colour do not overlap, so one
+//! stencil reference and two draws serve them all (lavapipe.md 2).
 
 use crate::scene::camera::{ImageSize, View};
 use glam::{Mat4, Vec2, Vec3};
@@ -71,13 +71,14 @@ impl Colouring {
         Self { columns, masks: vec![0; columns as usize * size.height.div_ceil(CELL) as usize] }
     }
 
-    /// The lowest colour that is free in all these cells, now taken; `None` if there is none.
-    pub(super) fn take(&mut self, cells: Cells) -> Option<u32> {
+    /// The lowest colour that is free in all cells of these rectangles, now taken; `None` if there is none.
+    pub(super) fn take(&mut self, rectangles: &[Cells]) -> Option<u32> {
         let columns = self.columns as usize;
-        let rows = move || {
-            (cells.y[0]..=cells.y[1]).map(move |y| {
+        let rows = || {
+            let rows = rectangles.iter().flat_map(|cells| (cells.y[0]..=cells.y[1]).map(move |y| (cells.x, y)));
+            rows.map(|(x, y)| {
                 let row = y as usize * columns;
-                row + cells.x[0] as usize..=row + cells.x[1] as usize
+                row + x[0] as usize..=row + x[1] as usize
             })
         };
         let used = rows().flat_map(|row| &self.masks[row]).fold(0, |all, mask| all | mask);
@@ -102,11 +103,13 @@ mod tests {
         let left = Cells { x: [0, 7], y: [0, 15] };
         let right = Cells { x: [8, 15], y: [0, 15] };
         let across = Cells { x: [7, 8], y: [3, 3] };
-        assert_eq!(colouring.take(left), Some(0));
-        assert_eq!(colouring.take(right), Some(0));
-        assert_eq!(colouring.take(across), Some(1));
-        let taken: Vec<_> = (0..COLOURS).map(|_| colouring.take(across)).collect();
+        assert_eq!(colouring.take(&[left]), Some(0));
+        assert_eq!(colouring.take(&[right]), Some(0));
+        assert_eq!(colouring.take(&[across]), Some(1));
+        let taken: Vec<_> = (0..COLOURS).map(|_| colouring.take(&[across])).collect();
         assert_eq!(taken[COLOURS as usize - 3], Some(COLOURS - 1));
         assert_eq!(taken[COLOURS as usize - 2], None);
+        let mut colouring = Colouring::new(ImageSize { width: 64, height: 64 });
+        assert_eq!([colouring.take(&[left, right]), colouring.take(&[right])], [Some(0), Some(1)]);
     }
 }

@@ -1,15 +1,12 @@
 //! Combine: L = L_e + k_d D + k_s S, shown (exposure, tone mapping, sRGB) or kept linear for files.
 
+use super::depth::Depth;
 use super::targets::Targets;
-use super::visibility::NEARER;
 use crate::error::Result;
 use crate::vk::commands::Load;
-use crate::vk::pipeline::{DepthStencil, PipelineDesc};
+use crate::vk::pipeline::{ColourWrites, DepthStencil, PipelineDesc};
 use crate::vk::report::{COLOUR_FORMAT, DISPLAY_FORMAT, LINEAR_FORMAT};
 use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
-
-/// Where the luminance pass has left no depth: no leaf covers a face, or was drawn without depth.
-const NO_DEPTH: DepthStencil = DepthStencil { write: false, ..NEARER };
 
 /// The pass of that name.
 pub(super) struct Combine {
@@ -17,16 +14,17 @@ pub(super) struct Combine {
     /// Over it, where neighbours stand in for pixels that no leaf covers.
     uncovered: Pipeline,
     linear: Pipeline,
+    depth: Depth,
 }
 
 impl Combine {
-    pub(super) fn new(device: &Device, bindings: &Bindings) -> Result<Self> {
+    pub(super) fn new(device: &Device, bindings: &Bindings, depth: Depth) -> Result<Self> {
         let display = PipelineDesc {
             vertex: shaders::FULLSCREEN_VERT,
             fragment: Some(shaders::COMBINE_FRAG),
             colour: &[DISPLAY_FORMAT],
-            depth_stencil: Some(device.depth_stencil_format()),
-            writes_colour: true,
+            depth_stencil: Some(depth.format),
+            colour_writes: ColourWrites::Replace,
         };
         let uncovered = PipelineDesc { fragment: Some(shaders::COMBINE_UNCOVERED_FRAG), ..display };
         let linear = PipelineDesc {
@@ -39,6 +37,7 @@ impl Combine {
             display: Pipeline::new(device, "combine", bindings, &display)?,
             uncovered: Pipeline::new(device, "combine uncovered", bindings, &uncovered)?,
             linear: Pipeline::new(device, "combine linear", bindings, &linear)?,
+            depth,
         })
     }
 
@@ -48,7 +47,8 @@ impl Combine {
             draws.bind(&self.display, bindings);
             draws.triangles(0, 1);
             draws.bind(&self.uncovered, bindings);
-            draws.depth_stencil(NO_DEPTH);
+            // Where the luminance pass has left no depth: no leaf covers a face, or was drawn without depth.
+            draws.depth_stencil(DepthStencil { write: false, ..self.depth.nearer() });
             draws.triangles(0, 1);
         });
     }

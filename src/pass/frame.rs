@@ -6,34 +6,11 @@ use super::plan::{Plan, Visible, choose_counted};
 use super::renderer::Renderer;
 use super::scene_buffers::fitting_scale;
 use super::shared::FrameUniform;
+use super::update::{Context, UpdateMode};
 use crate::error::Result;
 use crate::refine::update::{LeafId, LeafPixels};
 use crate::scene::Display;
 use crate::vk::timestamp::PassTimes;
-
-/// How changed patches get into the luminance images (method.md 7).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
-pub enum UpdateMode {
-    /// The paper's: old triangles mark the stencil by depth EQUAL, new ones draw where they did.
-    #[default]
-    Stencil,
-    /// New triangles where the face-id image shows their face.
-    Id,
-}
-
-impl UpdateMode {
-    /// All modes with the names that options use.
-    pub const NAMES: [(&'static str, Self); 2] = [("stencil", Self::Stencil), ("id", Self::Id)];
-
-    /// The name that options and reports use.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Stencil => "stencil",
-            Self::Id => "id",
-        }
-    }
-}
 
 /// What a frame does.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,6 +48,10 @@ pub struct FrameStats {
     pub patches: u32,
     /// Leaves drawn.
     pub leaves_drawn: u32,
+    /// Draw commands of the luminance pass.
+    pub draws: u32,
+    /// Whether all leaves were drawn, not changed ones alone.
+    pub full: bool,
     /// Occlusion queries issued.
     pub queries: u32,
     /// Pixels that they counted.
@@ -87,6 +68,8 @@ impl FrameStats {
             readback_ms: times.ms("readback"),
             patches,
             leaves_drawn: plan.leaves_drawn,
+            draws: plan.draws(),
+            full: plan.clear,
             queries: counts.len() as u32,
             query_pixels: counts.iter().map(|leaf| u64::from(leaf.pixels)).sum(),
         }
@@ -115,6 +98,9 @@ impl Renderer {
         }
         let times = recording.submit()?;
         self.times.extend(times);
+        if self.options.atomic_counts {
+            self.counters.read(&plan)?;
+        }
         self.query_counts.clear();
         if let Some(queries) = &self.queries {
             let pixels = queries.read(plan.queried.len() as u32)?;
@@ -124,42 +110,63 @@ impl Renderer {
         Ok(FrameStats::new(&std::mem::take(&mut self.times), patches, &plan, &self.query_counts))
     }
 
+    /// The mode that frames draw in: `id` where the device cannot do what the stencil needs, or the renderer was not made for
+    /// the mode.
+    fn mode(&self, asked: UpdateMode) -> UpdateMode {
+        let is_made = self.options.modes.contains(&asked) || !asked.needs_pipelines();
+        let works = is_made && (self.stencil_works || !asked.needs_stencil());
+        if works { asked } else { UpdateMode::Id }
+    }
+
     /// What the luminance pass draws, and the number of patches in it.
     fn plan(&mut self, options: &FrameOptions) -> (Plan, u32) {
-        let mode = if self.stencil_works { options.update_mode } else { UpdateMode::Id };
+        let mode = self.mode(options.update_mode);
         let overflow = self.mesh.max_value() * self.luminance_scale > f32::from(half::f16::MAX);
-        // Updates by id leave the depth of the old triangles behind: marking by depth needs it drawn again.
-        let stale = mode == UpdateMode::Stencil && !self.depth_is_current && self.mesh.has_pending();
+        // Depth that another mode left behind: what tests against it needs it drawn again.
+        let stale = mode.reads_depth() && self.depth_left_by.is_some_and(|left_by| left_by != mode);
+        let redraw = stale || mode == UpdateMode::Full;
         let visible = Visible { faces: &self.visible, masked: &self.scene.masked };
-        if options.full_luminance || overflow || stale || self.mesh.needs_full() {
+        if options.full_luminance || overflow || self.mesh.needs_full() || (redraw && self.mesh.has_pending()) {
             self.luminance_scale = fitting_scale(self.mesh.max_value());
-            self.depth_is_current = true;
+            self.depth_left_by = None;
             let patches = self.mesh.take_full();
-            return (Plan::full(&self.mesh, &visible), patches);
+            let looks_up = mode == UpdateMode::Lookup && self.lookup.is_some();
+            let plan = if looks_up { Plan::full_lookup() } else { Plan::full(&self.mesh, &visible) };
+            return (plan, patches);
         }
-        let mut batches = self.mesh.take_pending(LEAVES_A_FRAME);
+        // One draw looks all up: what is drawn later would be shown early.
+        let budget = if mode == UpdateMode::Lookup { usize::MAX } else { LEAVES_A_FRAME };
+        let mut batches = self.mesh.take_pending(budget);
         let patches = batches.iter().map(Batch::patches).sum();
+        self.depth_left_by = if patches > 0 { Some(mode) } else { self.depth_left_by };
         let projector = Projector::new(&self.view, self.jitter);
         let queries = self.queries.as_ref().map_or(0, |queries| queries.capacity().min(options.queries));
         choose_counted(&mut batches, &self.mesh, &visible, &projector, queries as usize);
-        let plan = match mode {
-            UpdateMode::Stencil => Plan::stencil(&self.mesh, &visible, &batches, &projector, self.targets.size),
-            UpdateMode::Id => {
-                self.depth_is_current &= batches.is_empty();
-                Plan::on_face(&self.mesh, &visible, &batches)
-            }
-        };
-        (plan, patches)
+        let context = Context { mesh: &self.mesh, visible: &visible, projector: &projector, size: self.targets.size };
+        (Plan::patches(mode, &context, &batches), patches)
     }
 
     /// Sends what the shaders read.
     fn send(&mut self, plan: &mut Plan, display: Option<Display>) -> Result<()> {
         self.mesh.slots.flush(&self.device)?;
         self.mesh.leaves.flush(&self.device)?;
-        self.leaf_list.replace(std::mem::take(&mut plan.list));
+        self.leaf_list.replace(plan.list.clone());
         self.leaf_list.flush(&self.device)?;
         self.marks.replace(std::mem::take(&mut plan.marks));
         self.marks.flush(&self.device)?;
+        self.list_references.replace(std::mem::take(&mut plan.list_references));
+        self.list_references.flush(&self.device)?;
+        self.mark_references.replace(std::mem::take(&mut plan.mark_references));
+        self.mark_references.flush(&self.device)?;
+        if let Some(lookup) = &mut self.lookup {
+            lookup.nodes.flush(&self.device)?;
+            lookup.roots.flush(&self.device)?;
+            let changed = lookup.take_changed();
+            self.lookup_stamp = if plan.clear { 0 } else { changed };
+        }
+        if self.options.atomic_counts {
+            self.counters.reserve(&self.device, self.mesh.leaves.len())?;
+        }
         self.send_uniform(display)
     }
 
@@ -168,7 +175,7 @@ impl Renderer {
         let display = display.unwrap_or_default();
         let (scene, view, size) = (&self.scene, &self.view, self.targets.size);
         let uniform = FrameUniform {
-            clip_from_world: view.clip_from_world(self.jitter).to_cols_array(),
+            clip_from_world: self.options.depth.clip(view.clip_from_world(self.jitter)).to_cols_array(),
             positions: scene.positions.address(),
             triangles: scene.triangles.address(),
             drawn: scene.drawn.address(),
@@ -179,6 +186,11 @@ impl Renderer {
             leaves: self.mesh.leaves.address(),
             leaf_list: self.leaf_list.address(),
             marks: self.marks.address(),
+            lookup_nodes: self.lookup.as_ref().map_or(0, |lookup| lookup.nodes.address()),
+            lookup_roots: self.lookup.as_ref().map_or(0, |lookup| lookup.roots.address()),
+            list_references: self.list_references.address(),
+            mark_references: self.mark_references.address(),
+            leaf_pixels: self.counters.address(),
             eye: view.eye.to_array(),
             forward: view.forward.to_array(),
             right: view.right.to_array(),
@@ -191,6 +203,8 @@ impl Renderer {
             tone_mapping: display.tone_mapping as u32,
             emits_back: u32::from(scene.emits_back),
             filter_width: self.filter_width,
+            background_depth: self.options.depth.background(),
+            lookup_stamp: self.lookup_stamp,
         };
         self.uniform.write(0, &[uniform])
     }

@@ -1,45 +1,79 @@
 //! Luminance: D and S of the leaves, all of them or those that changed (method.md 7).
 
-use super::plan::{Plan, Step};
+use super::depth::Depth;
+use super::plan::{DepthTest, Plan, Step};
+use super::renderer::RendererOptions;
 use super::targets::Targets;
-use super::visibility::NEARER;
+use super::update::UpdateMode;
 use crate::error::Result;
 use crate::vk::commands::{Draws, Load};
-use crate::vk::pipeline::{DepthStencil, PipelineDesc};
+use crate::vk::pipeline::{ColourWrites, DepthBias, DepthStencil, PipelineDesc};
 use crate::vk::report::{COLOUR_FORMAT, ID_FORMAT};
 use crate::vk::{Bindings, Device, OcclusionQueries, Pass, Pipeline, shaders};
 use ash::vk::{CompareOp, StencilOp};
 
-/// The pass of that name. Depth and stencil state are dynamic: four pipelines serve all update modes.
+/// The pass of that name. Depth and stencil state are dynamic: a few pipelines serve all update modes.
 pub(super) struct Luminance {
     /// All fragments that pass the tests.
     plain: Pipeline,
     /// Only fragments where the id image shows the leaf's face.
     on_face: Pipeline,
+    /// As `plain` and `on_face` where the pixels of leaves are counted as they are drawn.
+    counted: Option<[Pipeline; 2]>,
     /// Depth and stencil only.
     mark: Pipeline,
     /// Depth only, where the id image shows nothing.
     background: Pipeline,
+    /// Marks and leaves that bring their stencil references.
+    exported: Option<[Pipeline; 2]>,
+    lookup: Option<Pipeline>,
+    depth: Depth,
+    /// What depths of a triangle and of its parts may differ by.
+    bias: DepthBias,
 }
 
 impl Luminance {
-    pub(super) fn new(device: &Device, bindings: &Bindings) -> Result<Self> {
+    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
         let plain = PipelineDesc {
             vertex: shaders::LUMINANCE_VERT,
             fragment: Some(shaders::LUMINANCE_FRAG),
             colour: &[COLOUR_FORMAT, COLOUR_FORMAT, ID_FORMAT],
-            depth_stencil: Some(device.depth_stencil_format()),
-            writes_colour: true,
+            depth_stencil: Some(options.depth.format),
+            colour_writes: if options.count_writes { ColourWrites::AddFirstAlpha } else { ColourWrites::Replace },
         };
-        let on_face = PipelineDesc { fragment: Some(shaders::LUMINANCE_ON_FACE_FRAG), ..plain };
-        let mark = PipelineDesc { vertex: shaders::MARK_VERT, fragment: None, writes_colour: false, ..plain };
+        let with = |fragment| PipelineDesc { fragment: Some(fragment), ..plain };
+        let mark =
+            PipelineDesc { vertex: shaders::MARK_VERT, fragment: None, colour_writes: ColourWrites::Off, ..plain };
         let background =
             PipelineDesc { vertex: shaders::FULLSCREEN_VERT, fragment: Some(shaders::BACKGROUND_FRAG), ..mark };
+        let lookup = if options.atomic_counts { shaders::LOOKUP_COUNTED_FRAG } else { shaders::LOOKUP_FRAG };
+        let lookup = PipelineDesc { vertex: shaders::FULLSCREEN_VERT, ..with(lookup) };
+        let new = |name, desc: &PipelineDesc<'_>| Pipeline::new(device, name, bindings, desc);
+        let counted = || {
+            Ok([
+                new("luminance counted", &with(shaders::LUMINANCE_COUNTED_FRAG))?,
+                new("luminance on face counted", &with(shaders::LUMINANCE_ON_FACE_COUNTED_FRAG))?,
+            ])
+        };
+        let exported = || {
+            let fragment = Some(shaders::MARK_EXPORT_FRAG);
+            let leaves = with(shaders::LUMINANCE_EXPORT_FRAG);
+            Ok([
+                new("mark exported", &PipelineDesc { vertex: shaders::MARK_EXPORT_VERT, fragment, ..mark })?,
+                new("luminance exported", &PipelineDesc { vertex: shaders::LUMINANCE_EXPORT_VERT, ..leaves })?,
+            ])
+        };
+        let has = |mode| options.modes.contains(&mode);
         Ok(Self {
-            plain: Pipeline::new(device, "luminance", bindings, &plain)?,
-            on_face: Pipeline::new(device, "luminance on face", bindings, &on_face)?,
-            mark: Pipeline::new(device, "luminance mark", bindings, &mark)?,
-            background: Pipeline::new(device, "background", bindings, &background)?,
+            plain: new("luminance", &plain)?,
+            on_face: new("luminance on face", &with(shaders::LUMINANCE_ON_FACE_FRAG))?,
+            counted: options.atomic_counts.then(counted).transpose()?,
+            mark: new("luminance mark", &mark)?,
+            background: new("background", &background)?,
+            exported: has(UpdateMode::StencilExport).then(exported).transpose()?,
+            lookup: has(UpdateMode::Lookup).then(|| new("luminance lookup", &lookup)).transpose()?,
+            depth: options.depth,
+            bias: bias(device, options.depth),
         })
     }
 
@@ -55,7 +89,7 @@ impl Luminance {
         if let Some(queries) = queries.filter(|_| !plan.queried.is_empty()) {
             pass.reset_queries(queries);
         }
-        let load = if plan.clear { Load::Clear } else { Load::Keep };
+        let load = if plan.clear { Load::Clear(self.depth.infinity()) } else { Load::Keep };
         let images = [&targets.diffuse, &targets.specular, &targets.leaf_ids];
         pass.render(&images, Some(&targets.luminance_depth), load, |draws| {
             let mut queried = (0..).zip(&plan.queried).peekable();
@@ -71,26 +105,55 @@ impl Luminance {
     }
 
     fn step<'a>(&'a self, draws: &Draws<'_, 'a>, bindings: &'a Bindings, step: Step) {
-        let unless_masked = |on_face| if on_face { &self.on_face } else { &self.plain };
-        let depth = |compare, write, stencil| DepthStencil { compare, write, stencil };
+        let (plain, on_face) = match &self.counted {
+            Some([plain, on_face]) if step.counts_pixels().is_some() => (plain, on_face),
+            _ => (&self.plain, &self.on_face),
+        };
+        let unless_masked = |masked| if masked { on_face } else { plain };
+        let [mark_exported, marked_exported] = self.exported.as_ref().map_or([&self.mark, plain], |e| e.each_ref());
+        let depth = |compare, write, stencil| DepthStencil { compare, write, stencil, bias: None };
+        let marking = |reference| Some((CompareOp::ALWAYS, StencilOp::REPLACE, reference));
+        // Depth must be written, or the next level's marks find the plane of the level before.
+        let marked = |reference| Some((CompareOp::EQUAL, StencilOp::ZERO, reference));
         let (pipeline, state, (first, count)) = match step {
             Step::ClearStencil => return draws.clear_stencil(),
-            Step::Full { leaves, on_face } => (unless_masked(on_face), NEARER, leaves),
-            Step::Background => (&self.background, NEARER, (0, 1)),
+            Step::Full { leaves, on_face } => (unless_masked(on_face), self.depth.nearer(), leaves),
+            Step::Background => (&self.background, self.depth.nearer(), (0, 1)),
             Step::Values { leaves, on_face } => (unless_masked(on_face), depth(CompareOp::EQUAL, false, None), leaves),
-            Step::OnFace { leaves, depth: write } => (&self.on_face, depth(CompareOp::ALWAYS, write, None), leaves),
+            Step::OnFace { leaves, depth: write } => (on_face, depth(CompareOp::ALWAYS, write, None), leaves),
             Step::Mark { triangles, reference } => {
-                let stencil = Some((CompareOp::ALWAYS, StencilOp::REPLACE, reference));
-                (&self.mark, depth(CompareOp::EQUAL, false, stencil), triangles)
+                (&self.mark, depth(CompareOp::EQUAL, false, marking(reference)), triangles)
             }
-            Step::Marked { leaves, reference } => {
-                // Depth must be written, or the next level's marks find the plane of the level before.
-                let stencil = Some((CompareOp::EQUAL, StencilOp::ZERO, reference));
-                (&self.plain, depth(CompareOp::ALWAYS, true, stencil), leaves)
+            Step::Marked { leaves, reference } => (plain, depth(CompareOp::ALWAYS, true, marked(reference)), leaves),
+            Step::MarkExported { triangles } => (mark_exported, depth(CompareOp::EQUAL, false, marking(0)), triangles),
+            Step::MarkedExported { leaves } => (marked_exported, depth(CompareOp::ALWAYS, true, marked(0)), leaves),
+            Step::ByDepth { leaves, on_face, test } => (unless_masked(on_face), self.against(test), leaves),
+            // Where there was nothing yet, depth says that there is something now.
+            Step::Lookup { .. } => {
+                (self.lookup.as_ref().unwrap_or(plain), depth(CompareOp::ALWAYS, true, None), (0, 1))
             }
         };
         draws.bind(pipeline, bindings);
         draws.depth_stencil(state);
         draws.triangles(first, count);
     }
+
+    fn against(&self, test: DepthTest) -> DepthStencil {
+        let (compare, write, bias) = match test {
+            DepthTest::NotFarther => (self.depth.not_farther(), true, None),
+            DepthTest::Equal => (CompareOp::EQUAL, true, None),
+            DepthTest::Biased => (self.depth.not_farther(), false, Some(self.bias)),
+        };
+        DepthStencil { compare, write, stencil: None, bias }
+    }
+}
+
+/// What the depths of a triangle and of its parts may differ by, towards the eye. Vertices are snapped to 2⁻ᵇ of a pixel, by
+/// up to half of that each way, while their depth stays: planes of parent and part differ by up to the slope times 2¹⁻ᵇ
+/// together, and by a few steps of rounding (docs/update-modes.md).
+fn bias(device: &Device, depth: Depth) -> DepthBias {
+    const STEPS: f32 = 8.0;
+    let bits = device.report().optional.sub_pixel_bits;
+    let towards = depth.towards_the_eye();
+    DepthBias { constant: STEPS * towards, slope: 2f32.powi(1 - bits as i32) * towards }
 }

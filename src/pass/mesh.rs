@@ -127,6 +127,11 @@ impl LuminanceMesh {
         self.max_value
     }
 
+    /// Lets nothing but a full draw follow.
+    pub(super) const fn require_full(&mut self) {
+        self.needs_full = true;
+    }
+
     pub(super) const fn needs_full(&self) -> bool {
         self.needs_full
     }

@@ -66,6 +66,11 @@ impl<T: Pod + PartialEq> Mirror<T> {
         Ok(())
     }
 
+    /// Elements, set or not.
+    pub(super) const fn len(&self) -> u64 {
+        self.items.len() as u64
+    }
+
     pub(super) const fn address(&self) -> u64 {
         self.buffer.address()
     }

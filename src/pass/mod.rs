@@ -5,8 +5,11 @@
 mod colour;
 mod colouring;
 mod combine;
+mod counters;
+mod depth;
 mod frame;
 mod lit_materials;
+mod lookup;
 mod luminance;
 mod mesh;
 mod mirror;
@@ -17,10 +20,13 @@ mod renderer;
 mod scene_buffers;
 mod shared;
 mod targets;
+mod update;
 mod visibility;
 mod warm_up;
 
-pub use frame::{FrameOptions, FrameStats, UpdateMode};
+pub use depth::{Depth, DepthFormat, DepthOrder};
+pub use frame::{FrameOptions, FrameStats};
 pub use pixel_counts::LeafCounts;
-pub use readback::Layers;
-pub use renderer::Renderer;
+pub use readback::{Layers, LuminanceLayers};
+pub use renderer::{Renderer, RendererOptions};
+pub use update::UpdateMode;

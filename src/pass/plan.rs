@@ -1,8 +1,8 @@
 //! What the luminance pass draws in a frame: lists of leaves, triangles to mark, and the draws over them in order.
 
-use super::colouring::{COLOURS, Colouring, Projector};
-use super::mesh::{Batch, LuminanceMesh, PendingPatch};
-use crate::scene::camera::ImageSize;
+use super::colouring::Projector;
+use super::mesh::{Batch, LuminanceMesh};
+use super::update::{Context, UpdateMode};
 use glam::Vec3;
 
 /// One draw, or a clear between draws. Ranges are (first triangle, triangles).
@@ -22,6 +22,40 @@ pub(super) enum Step {
     Mark { triangles: (u32, u32), reference: u32 },
     /// Leaves where the stencil holds the reference, zeroing it, over any depth.
     Marked { leaves: (u32, u32), reference: u32 },
+    /// As `Mark`, each triangle with its reference of `mark_references`.
+    MarkExported { triangles: (u32, u32) },
+    /// As `Marked`, each leaf with its reference of `list_references`.
+    MarkedExported { leaves: (u32, u32) },
+    /// Leaves against the depth that is there; `on_face`: and only where the id image shows the leaf's face.
+    ByDepth { leaves: (u32, u32), on_face: bool, test: DepthTest },
+    /// Pixels of changed leaves (of all where the images were cleared) find them by descending from their face.
+    /// `leaves` lists them.
+    Lookup { leaves: (u32, u32) },
+}
+
+impl Step {
+    /// The leaves whose pixels can be counted as they are drawn, since no test rejects what their shader lets pass.
+    pub(super) const fn counts_pixels(self) -> Option<(u32, u32)> {
+        match self {
+            Self::Values { leaves, on_face: false }
+            | Self::ByDepth { leaves, on_face: false, .. }
+            | Self::OnFace { leaves, .. }
+            | Self::Marked { leaves, .. }
+            | Self::Lookup { leaves } => Some(leaves),
+            _ => None,
+        }
+    }
+}
+
+/// How leaves of patches compare with the depth that is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DepthTest {
+    /// Not farther; their depth is written.
+    NotFarther,
+    /// Exactly as far; their depth is written.
+    Equal,
+    /// Not farther when brought nearer by what planes of one triangle may differ; no depth is written.
+    Biased,
 }
 
 /// Has the pixels of those new leaves counted that cover most of the image, whole patches of `budget` leaves together: where
@@ -60,6 +94,10 @@ pub(super) struct Plan {
     pub list: Vec<u32>,
     /// Corners that the marking draws index.
     pub marks: Vec<Vec3>,
+    /// Stencil references of listed leaves (0 beyond its end), where draws export them.
+    pub list_references: Vec<u32>,
+    /// Stencil references of marking triangles likewise.
+    pub mark_references: Vec<u32>,
     /// The draws.
     pub steps: Vec<Step>,
     /// Leaves whose pixels are counted by queries, in the order of the queries, each with the number of its step.
@@ -79,7 +117,7 @@ pub(super) struct Visible<'a> {
 }
 
 impl Visible<'_> {
-    fn shows(&self, mesh: &LuminanceMesh, leaf: u32) -> bool {
+    pub(super) fn shows(&self, mesh: &LuminanceMesh, leaf: u32) -> bool {
         self.faces.get(mesh.leaves.get(leaf).face as usize).copied().unwrap_or(false)
     }
 
@@ -90,7 +128,7 @@ impl Visible<'_> {
         !missing.contains(&true)
     }
 
-    fn has_mask(&self, mesh: &LuminanceMesh, leaf: u32) -> bool {
+    pub(super) fn has_mask(&self, mesh: &LuminanceMesh, leaf: u32) -> bool {
         self.masked.get(mesh.leaves.get(leaf).triangle().0 as usize).copied().unwrap_or(false)
     }
 }
@@ -112,35 +150,62 @@ impl Plan {
         plan
     }
 
-    /// All that changed, in order, each leaf where the id image shows its face.
-    pub(super) fn on_face(mesh: &LuminanceMesh, visible: &Visible<'_>, batches: &[Batch]) -> Self {
+    /// All that changed, in order, the way of the mode.
+    pub(super) fn patches(mode: UpdateMode, context: &Context<'_>, batches: &[Batch]) -> Self {
         let mut plan = Self::default();
-        let mut first = 0;
-        for batch in batches {
-            let of = |counted: bool| {
-                let patches = batch.patches.iter().filter(move |p| p.counted == counted);
-                patches.flat_map(|p| &batch.new[p.new.clone()]).copied().filter(|&l| visible.shows(mesh, l))
-            };
-            let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
-            plan.extend(values.chain(of(false)));
-            if of(true).next().is_some() {
-                plan.draw_on_face_from(first);
-                plan.draw_counted(of(true), |leaves| Step::OnFace { leaves, depth: false });
-                first = plan.list.len() as u32;
-            }
-        }
-        plan.draw_on_face_from(first);
+        batches.iter().for_each(|batch| mode.draw(&mut plan, context, batch));
         plan
     }
 
-    /// What was listed since `first` is drawn where the id image shows its face.
-    fn draw_on_face_from(&mut self, first: u32) {
-        let leaves = (first, self.list.len() as u32 - first);
-        self.draw(leaves, Step::OnFace { leaves, depth: false });
+    /// Every pixel of a visible face with leaves, looked up.
+    pub(super) fn full_lookup() -> Self {
+        Self { clear: true, steps: vec![Step::Lookup { leaves: (0, 0) }, Step::Background], ..Self::default() }
+    }
+
+    /// Leaves of patches where nothing was drawn yet: there is nothing to compare with.
+    pub(super) fn draw_fresh(&mut self, mesh: &LuminanceMesh, visible: &Visible<'_>, batch: &Batch) {
+        let fresh = batch.patches.iter().filter(|p| p.old.is_empty()).flat_map(|p| &batch.new[p.new.clone()]);
+        let leaves = self.extend(fresh.copied().filter(|&l| visible.shows(mesh, l)));
+        self.draw(leaves, Step::OnFace { leaves, depth: true });
+    }
+
+    /// Leaves where the id image shows their face, in one draw with what was listed right before them.
+    pub(super) fn draw_on_face(&mut self, (first, count): (u32, u32)) {
+        let alone = self.queried.last().is_some_and(|&(_, step)| step + 1 == self.steps.len());
+        match self.steps.last_mut() {
+            Some(Step::OnFace { leaves, depth: false }) if !alone && leaves.0 + leaves.1 == first => leaves.1 += count,
+            _ => self.draw((first, count), Step::OnFace { leaves: (first, count), depth: false }),
+        }
+    }
+
+    /// A batch's leaves, whether of other values or of other triangles, against the depth that is there.
+    pub(super) fn draw_by_depth(
+        &mut self,
+        mesh: &LuminanceMesh,
+        visible: &Visible<'_>,
+        batch: &Batch,
+        test: DepthTest,
+    ) {
+        self.draw_fresh(mesh, visible, batch);
+        let of = |counted: bool| {
+            let patches = batch.patches.iter().filter(move |p| p.counted == counted && !p.old.is_empty());
+            patches.flat_map(|p| &batch.new[p.new.clone()]).copied().filter(|&l| visible.shows(mesh, l))
+        };
+        let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
+        self.split_by_mask(mesh, visible, values.chain(of(false)), |leaves, on_face| Step::ByDepth {
+            leaves,
+            on_face,
+            test,
+        });
+        let masked = |leaf: u32| visible.has_mask(mesh, leaf);
+        for leaf in of(true) {
+            let on_face = masked(leaf);
+            self.draw_counted([leaf], |leaves| Step::ByDepth { leaves, on_face, test });
+        }
     }
 
     /// A draw and a query for each leaf.
-    fn draw_counted(&mut self, leaves: impl IntoIterator<Item = u32>, step: impl Fn((u32, u32)) -> Step) {
+    pub(super) fn draw_counted(&mut self, leaves: impl IntoIterator<Item = u32>, step: impl Fn((u32, u32)) -> Step) {
         for leaf in leaves {
             let range = self.extend([leaf]);
             self.queried.push((leaf, self.steps.len()));
@@ -148,72 +213,19 @@ impl Plan {
         }
     }
 
-    /// The paper's way: old triangles mark, new ones draw where they did.
-    pub(super) fn stencil(
-        mesh: &LuminanceMesh,
-        visible: &Visible<'_>,
-        batches: &[Batch],
-        projector: &Projector,
-        size: ImageSize,
-    ) -> Self {
-        let mut plan = Self::default();
-        for batch in batches {
-            let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
-            plan.split_by_mask(mesh, visible, values, |leaves, on_face| Step::Values { leaves, on_face });
-            // Nothing was drawn yet that could be marked.
-            let fresh = batch.patches.iter().filter(|p| p.old.is_empty()).flat_map(|p| &batch.new[p.new.clone()]);
-            let leaves = plan.extend(fresh.copied().filter(|&l| visible.shows(mesh, l)));
-            plan.draw(leaves, Step::OnFace { leaves, depth: true });
-            let shown = |p: &&PendingPatch| batch.new[p.new.clone()].iter().any(|&l| visible.shows(mesh, l));
-            let mut waiting: Vec<_> = batch.patches.iter().filter(|p| !p.old.is_empty()).filter(shown).collect();
-            while !waiting.is_empty() {
-                waiting = plan.mark_and_draw(mesh, batch, &waiting, projector, size);
-            }
-        }
-        plan
+    /// Leaves whose pixels are counted as they are drawn, each as often as it is drawn.
+    pub(super) fn counted(&self) -> impl Iterator<Item = u32> {
+        let ranges = self.steps.iter().filter_map(|step| step.counts_pixels());
+        ranges.flat_map(|(first, count)| self.list[first as usize..][..count as usize].iter().copied())
     }
 
-    /// As many patches as there are colours for; returns the others.
-    fn mark_and_draw<'b>(
-        &mut self,
-        mesh: &LuminanceMesh,
-        batch: &Batch,
-        patches: &[&'b PendingPatch],
-        projector: &Projector,
-        size: ImageSize,
-    ) -> Vec<&'b PendingPatch> {
-        let mut colouring = Colouring::new(size);
-        let mut by_colour: Vec<Vec<&PendingPatch>> = vec![Vec::new(); COLOURS as usize];
-        let mut waiting = Vec::new();
-        for &patch in patches {
-            let new = batch.new[patch.new.clone()].iter().flat_map(|&l| mesh.corners(l));
-            let cells = projector.cells(patch.old.iter().flatten().copied().chain(new));
-            match colouring.take(cells) {
-                Some(colour) => by_colour[colour as usize].push(patch),
-                None => waiting.push(patch),
-            }
-        }
-        self.steps.push(Step::ClearStencil);
-        for (reference, patches) in (1..).zip(&by_colour) {
-            let first = self.marks.len() as u32 / 3;
-            self.marks.extend(patches.iter().flat_map(|p| p.old.iter().flatten()));
-            let triangles = (first, self.marks.len() as u32 / 3 - first);
-            self.draw(triangles, Step::Mark { triangles, reference });
-        }
-        for (reference, patches) in (1..).zip(&by_colour) {
-            let of = |counted: bool| {
-                let patches = patches.iter().filter(move |p| p.counted == counted);
-                patches.flat_map(|p| batch.new[p.new.clone()].iter().copied())
-            };
-            let leaves = self.extend(of(false));
-            self.draw(leaves, Step::Marked { leaves, reference });
-            self.draw_counted(of(true), |leaves| Step::Marked { leaves, reference });
-        }
-        waiting
+    /// Draws that it takes.
+    pub(super) fn draws(&self) -> u32 {
+        self.steps.iter().filter(|&&step| step != Step::ClearStencil).count() as u32
     }
 
     /// Two draws: leaves without mask, and those with, which look at the id image.
-    fn split_by_mask(
+    pub(super) fn split_by_mask(
         &mut self,
         mesh: &LuminanceMesh,
         visible: &Visible<'_>,
@@ -227,7 +239,7 @@ impl Plan {
         }
     }
 
-    fn extend(&mut self, leaves: impl IntoIterator<Item = u32>) -> (u32, u32) {
+    pub(super) fn extend(&mut self, leaves: impl IntoIterator<Item = u32>) -> (u32, u32) {
         let first = self.list.len() as u32;
         self.list.extend(leaves);
         let count = self.list.len() as u32 - first;
@@ -235,7 +247,7 @@ impl Plan {
         (first, count)
     }
 
-    fn draw(&mut self, (_, count): (u32, u32), step: Step) {
+    pub(super) fn draw(&mut self, (_, count): (u32, u32), step: Step) {
         if count > 0 {
             self.steps.push(step);
         }

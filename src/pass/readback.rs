@@ -27,6 +27,20 @@ pub struct Layers {
     pub leaf_id: Vec<u32>,
 }
 
+/// The luminance images, a value a pixel, row by row from the top left.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LuminanceLayers {
+    /// Diffuse luminance D as drawn: 0 where no leaf was.
+    pub d: Vec<[f32; 3]>,
+    /// Specular luminance S.
+    pub s: Vec<[f32; 3]>,
+    /// Times that each pixel was written since all leaves were drawn, that time included, where the renderer was made to count
+    /// them; else 1 where a leaf was drawn. Exact up to 2048.
+    pub writes: Vec<u16>,
+    /// Leaf id + 1; 0 where no leaf was drawn.
+    pub leaf_id: Vec<u32>,
+}
+
 /// Bytes a pixel of each copied image: linear, L_e, k_d, k_s, D, S, ids of faces and of leaves.
 const LAYER_BYTES: [u64; 8] = [16, 8, 8, 8, 8, 8, 4, 4];
 
@@ -62,6 +76,24 @@ impl ReadBack {
         for (number, image) in images.into_iter().enumerate() {
             pass.copy_image(image, &self.buffer, self.offset(number));
         }
+    }
+
+    pub(super) fn record_luminance<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
+        let images = [(4, &targets.diffuse), (5, &targets.specular), (7, &targets.leaf_ids)];
+        for (number, image) in images {
+            pass.copy_image(image, &self.buffer, self.offset(number));
+        }
+    }
+
+    /// What [`Self::record_luminance`] copied, its scale undone.
+    pub(super) fn luminance(&self, scale: f32) -> Result<LuminanceLayers> {
+        let diffuse: &[[f16; 4]] = self.buffer.view(self.offset(4), self.pixels)?;
+        Ok(LuminanceLayers {
+            d: self.colour(4, scale)?,
+            s: self.colour(5, scale)?,
+            writes: diffuse.iter().map(|h| h[3].to_f32() as u16).collect(),
+            leaf_id: self.buffer.read(self.offset(7), self.pixels)?,
+        })
     }
 
     fn offset(&self, layer: usize) -> u64 {

@@ -2,17 +2,21 @@
 
 use super::colour::Colour;
 use super::combine::Combine;
+use super::counters::Counters;
+use super::depth::{Depth, DepthOrder};
+use super::lookup::Lookup;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
 use super::mirror::Mirror;
 use super::pixel_counts::{Histogram, LeafCounts};
-use super::readback::{Layers, ReadBack};
+use super::readback::{Layers, LuminanceLayers, ReadBack};
 use super::scene_buffers::SceneBuffers;
 use super::shared::FrameUniform;
 use super::targets::Targets;
+use super::update::UpdateMode;
 use super::visibility::{Visibility, count_pixels};
 use super::warm_up;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::refine::update::{LeafPixels, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{FaceId, Scene};
@@ -34,13 +38,64 @@ pub(super) struct Passes {
 }
 
 impl Passes {
-    fn new(device: &Device, bindings: &Bindings) -> Result<Self> {
+    fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
         Ok(Self {
-            visibility: Visibility::new(device, bindings)?,
+            visibility: Visibility::new(device, bindings, options.depth)?,
             colour: Colour::new(device, bindings)?,
-            luminance: Luminance::new(device, bindings)?,
-            combine: Combine::new(device, bindings)?,
+            luminance: Luminance::new(device, bindings, options)?,
+            combine: Combine::new(device, bindings, options.depth)?,
         })
+    }
+}
+
+/// What a renderer is made for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RendererOptions {
+    /// How depth is kept.
+    pub depth: Depth,
+    /// Update modes that its frames may ask for.
+    pub modes: Vec<UpdateMode>,
+    /// Whether to count how often each pixel is written ([`Renderer::read_luminance`]).
+    pub count_writes: bool,
+    /// Whether the pixels of changed leaves are counted as they are drawn ([`Renderer::atomic_counts`]).
+    pub atomic_counts: bool,
+}
+
+impl RendererOptions {
+    /// The best depth, the modes `stencil` and `id`, nothing counted.
+    ///
+    /// # Errors
+    /// None: the device was chosen for having such a format.
+    pub fn new(device: &Device) -> Result<Self> {
+        let depth = Depth::new(device, None, DepthOrder::default())?;
+        let modes = vec![UpdateMode::Stencil, UpdateMode::Id];
+        Ok(Self { depth, modes, count_writes: false, atomic_counts: false })
+    }
+
+    /// Whether a device can do what is asked for.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] naming a feature that it lacks, [`Error::Usage`] for what does not go together.
+    pub fn check(&self, device: &Device) -> Result<()> {
+        let report = device.report();
+        for &mode in &self.modes {
+            mode.check(report)?;
+            self.depth.check(mode)?;
+            if self.atomic_counts && mode == UpdateMode::StencilExport {
+                let message = "--pixel-counts atomic: with --update stencil-export fragments are tested after they count; \
+                    take query or histogram";
+                return Err(Error::Usage(message.to_owned()));
+            }
+        }
+        let lacks =
+            |feature: &str, what: &str| Error::NoDevice(format!("{} lacks {feature}, which {what} needs", report.name));
+        if self.atomic_counts && !report.optional.fragment_atomics {
+            return Err(lacks("the feature fragmentStoresAndAtomics", "--pixel-counts atomic"));
+        }
+        if self.count_writes && !report.optional.independent_blend {
+            return Err(lacks("the feature independentBlend", "counting the writes of pixels"));
+        }
+        Ok(())
     }
 }
 
@@ -53,6 +108,8 @@ pub struct Renderer {
     pub(super) mesh: LuminanceMesh,
     pub(super) leaf_list: Mirror<u32>,
     pub(super) marks: Mirror<Vec3>,
+    pub(super) list_references: Mirror<u32>,
+    pub(super) mark_references: Mirror<u32>,
     pub(super) uniform: Buffer,
     pub(super) bindings: Bindings,
     pub(super) commands: Commands,
@@ -67,8 +124,17 @@ pub struct Renderer {
     pub(super) visible: Vec<bool>,
     /// What stored D and S are multiplied by to fit half range.
     pub(super) luminance_scale: f32,
-    /// Whether the luminance depth is that of the leaves drawn last.
-    pub(super) depth_is_current: bool,
+    /// What it was made for.
+    pub(super) options: RendererOptions,
+    /// The mode whose patches changed the luminance images since all leaves were drawn: the depth that it left serves no
+    /// other.
+    pub(super) depth_left_by: Option<UpdateMode>,
+    /// Where frames look leaves up.
+    pub(super) lookup: Option<Lookup>,
+    /// Of the leaves that the frame looks up; 0 for all.
+    pub(super) lookup_stamp: u32,
+    /// What [`RendererOptions::atomic_counts`] counts.
+    pub(super) counters: Counters,
     /// Whether depth EQUAL finds what was drawn; by self-test.
     pub(super) stencil_works: bool,
     histogram: Histogram,
@@ -89,16 +155,26 @@ impl Renderer {
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn new(device: Arc<Device>, size: ImageSize) -> Result<Self> {
+        let options = RendererOptions::new(&device)?;
+        Self::with_options(device, size, options)
+    }
+
+    /// As [`Self::new`], made for what the options say.
+    ///
+    /// # Errors
+    /// Also as [`RendererOptions::check`].
+    pub fn with_options(device: Arc<Device>, size: ImageSize, options: RendererOptions) -> Result<Self> {
+        options.check(&device)?;
         let mut commands = Commands::new(&device, "frame")?;
         let mut bindings = Bindings::new(&device, "frame", 6)?;
         let uniform = Buffer::new(&device, "uniform", size_of::<FrameUniform>() as u64, BufferUse::Stream)?;
         let miniature = warm_up::miniature_size(size);
-        let targets = Targets::new(&device, &mut commands, miniature)?;
+        let targets = Targets::new(&device, &mut commands, miniature, options.depth)?;
         bindings.bind_uniform(&uniform);
         bindings.bind_images(&targets.sampled());
         let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 45.0 };
         let mut renderer = Self {
-            passes: Passes::new(&device, &bindings)?,
+            passes: Passes::new(&device, &bindings, &options)?,
             read_back: ReadBack::new(&device, miniature.pixels())?,
             scene: SceneBuffers::new(&device, &mut commands, &Scene::default())?,
             mesh: LuminanceMesh::new(&device)?,
@@ -110,8 +186,14 @@ impl Renderer {
             face_ids: Vec::new(),
             visible: Vec::new(),
             luminance_scale: 1.0,
-            depth_is_current: false,
-            stencil_works: true,
+            depth_left_by: None,
+            lookup: None,
+            lookup_stamp: 0,
+            counters: Counters::new(&device)?,
+            list_references: Mirror::new(&device, "list references")?,
+            mark_references: Mirror::new(&device, "mark references")?,
+            stencil_works: options.depth.has_stencil(),
+            options,
             histogram: Histogram::default(),
             queries: OcclusionQueries::new(&device, "patch pixels", MAX_QUERIES)?,
             query_counts: Vec::new(),
@@ -146,6 +228,8 @@ impl Renderer {
     pub fn load(&mut self, scene: &Scene) -> Result<()> {
         self.scene = SceneBuffers::new(&self.device, &mut self.commands, scene)?;
         self.mesh = LuminanceMesh::new(&self.device)?;
+        let looks_up = self.options.modes.contains(&UpdateMode::Lookup);
+        self.lookup = looks_up.then(|| Lookup::new(&self.device, scene)).transpose()?;
         self.visible.clear();
         self.face_ids.clear();
         Ok(())
@@ -169,11 +253,11 @@ impl Renderer {
         if size == self.targets.size {
             return Ok(());
         }
-        let targets = Targets::new(&self.device, &mut self.commands, size)?;
+        let targets = Targets::new(&self.device, &mut self.commands, size, self.options.depth)?;
         self.read_back = ReadBack::new(&self.device, size.pixels())?;
         self.targets = targets;
         self.bindings.bind_images(&self.targets.sampled());
-        self.depth_is_current = false;
+        self.mesh.require_full();
         self.face_ids.clear();
         Ok(())
     }
@@ -218,12 +302,16 @@ impl Renderer {
     /// # Errors
     /// [`crate::error::Error::Internal`] for an update that contradicts itself.
     pub fn apply(&mut self, update: &Update) -> Result<()> {
-        self.mesh.apply(update)
+        self.mesh.apply(update)?;
+        self.lookup.as_mut().map_or(Ok(()), |lookup| lookup.apply(update, &self.mesh))
     }
 
     /// Forgets which leaves are drawn (a new camera generation sends them again); their slots stay.
     pub fn reset_leaves(&mut self) {
         self.mesh.reset();
+        if let Some(lookup) = &mut self.lookup {
+            lookup.reset();
+        }
     }
 
     /// Pixels of each leaf as the luminance images stand.
@@ -243,6 +331,13 @@ impl Renderer {
     #[must_use]
     pub fn query_counts(&self) -> &[LeafPixels] {
         &self.query_counts
+    }
+
+    /// Leaves drawn as parts of patches by the last frame, with the pixels that each was drawn to; none unless the renderer
+    /// was made to count them, or after a frame that drew all leaves.
+    #[must_use]
+    pub fn atomic_counts(&self) -> &[LeafPixels] {
+        self.counters.last()
     }
 
     /// Whether changes wait for the next frame.
@@ -268,6 +363,19 @@ impl Renderer {
         let times = recording.submit()?;
         self.times.extend(times);
         self.read_back.display()
+    }
+
+    /// The luminance images as they stand.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    pub fn read_luminance(&mut self) -> Result<LuminanceLayers> {
+        let Self { commands, targets, read_back, .. } = self;
+        let mut recording = commands.begin()?;
+        recording.pass("readback", |pass| read_back.record_luminance(pass, targets));
+        let times = recording.submit()?;
+        self.times.extend(times);
+        self.read_back.luminance(self.luminance_scale)
     }
 
     /// Everything that the images hold, in linear light and true units.

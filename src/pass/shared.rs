@@ -27,6 +27,12 @@ pub(super) struct FrameUniform {
     pub leaves: u64,
     pub leaf_list: u64,
     pub marks: u64,
+    pub lookup_nodes: u64,
+    pub lookup_roots: u64,
+    pub list_references: u64,
+    pub mark_references: u64,
+    /// Address of a counter a leaf.
+    pub leaf_pixels: u64,
     pub eye: [f32; 3],
     pub forward: [f32; 3],
     pub right: [f32; 3],
@@ -40,6 +46,10 @@ pub(super) struct FrameUniform {
     pub emits_back: u32,
     /// Width of the square that textures are filtered over, pixels.
     pub filter_width: f32,
+    /// Farther than any leaf, nearer than nothing.
+    pub background_depth: f32,
+    /// Of the leaves to look up; 0 for all.
+    pub lookup_stamp: u32,
 }
 
 /// A triangle by its id.
@@ -101,12 +111,31 @@ pub(super) struct GpuLeaf {
     pub flat_slot: u32,
 }
 
+/// A node of a face's tree; `NONE` for no child and no leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuLookupNode {
+    pub child: u32,
+    pub stamp: u32,
+    pub codes: u32,
+    pub leaves: [u32; 4],
+}
+
+/// The tree of a face; `NONE` for no node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuLookupRoot {
+    pub node: u32,
+    pub stamp: u32,
+}
+
 host_matches_shader!(FrameUniform, frame, {
     clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, drawn: DRAWN,
     materials: MATERIALS, textures: TEXTURES, texels: TEXELS, slots: SLOTS, leaves: LEAVES,
-    leaf_list: LEAF_LIST, marks: MARKS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
+    leaf_list: LEAF_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
+    list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, leaf_pixels: LEAF_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
-    exposure: EXPOSURE, tone_mapping: TONE_MAPPING, emits_back: EMITS_BACK,
+    exposure: EXPOSURE, tone_mapping: TONE_MAPPING, emits_back: EMITS_BACK, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
 });
 host_matches_shader!(GpuTriangle, triangle, { corners: CORNERS, material: MATERIAL, uv: UV });
 host_matches_shader!(GpuDrawnTriangle, drawn_triangle, { corners: CORNERS, id: ID });
@@ -115,6 +144,8 @@ host_matches_shader!(GpuMaterial, material, {
 });
 host_matches_shader!(GpuTexture, texture, { extent: EXTENT, levels: LEVELS, first: FIRST });
 host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT, diffuse: DIFFUSE, specular: SPECULAR });
+host_matches_shader!(GpuLookupNode, lookup_node, { child: CHILD, stamp: STAMP, codes: CODES, leaves: LEAVES });
+host_matches_shader!(GpuLookupRoot, lookup_root, { node: NODE, stamp: STAMP });
 host_matches_shader!(GpuLeaf, leaf, { slots: SLOTS, face: FACE, flat_slot: FLAT_SLOT });
 
 impl GpuMaterial {

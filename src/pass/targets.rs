@@ -1,5 +1,6 @@
 //! The images that the passes draw into.
 
+use super::depth::Depth;
 use crate::error::Result;
 use crate::scene::camera::ImageSize;
 use crate::vk::report::{COLOUR_FORMAT, DISPLAY_FORMAT, ID_FORMAT, LINEAR_FORMAT};
@@ -35,20 +36,20 @@ pub(super) struct Targets {
 }
 
 impl Targets {
-    pub(super) fn new(device: &Device, commands: &mut Commands, size: ImageSize) -> Result<Self> {
+    pub(super) fn new(device: &Device, commands: &mut Commands, size: ImageSize, depth: Depth) -> Result<Self> {
         let extent = Extent2D { width: size.width, height: size.height };
         let colour = |name| Image::colour(device, name, extent, COLOUR_FORMAT);
         let targets = Self {
             size,
             ids: Image::colour(device, "face ids", extent, ID_FORMAT)?,
-            visibility_depth: Image::depth_stencil(device, "visibility depth", extent)?,
+            visibility_depth: Image::depth_stencil(device, "visibility depth", extent, depth.format)?,
             kd: colour("k_d")?,
             ks: colour("k_s")?,
             emission: colour("L_e")?,
             diffuse: colour("D")?,
             specular: colour("S")?,
             leaf_ids: Image::colour(device, "leaf ids", extent, ID_FORMAT)?,
-            luminance_depth: Image::depth_stencil(device, "luminance depth", extent)?,
+            luminance_depth: Image::depth_stencil(device, "luminance depth", extent, depth.format)?,
             display: Image::colour(device, "display", extent, DISPLAY_FORMAT)?,
             linear: Image::colour(device, "linear", extent, LINEAR_FORMAT)?,
             filled_diffuse: colour("D filled")?,

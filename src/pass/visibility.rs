@@ -1,32 +1,30 @@
 //! Visibility: face ids and depth of everything the camera sees, and how many pixels each face covers.
 
+use super::depth::Depth;
 use super::scene_buffers::SceneBuffers;
 use super::targets::Targets;
 use crate::error::Result;
 use crate::scene::FaceId;
 use crate::vk::commands::Load;
-use crate::vk::pipeline::{DepthStencil, PipelineDesc};
+use crate::vk::pipeline::{ColourWrites, PipelineDesc};
 use crate::vk::report::ID_FORMAT;
 use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
-use ash::vk::CompareOp;
-
-/// Nearer than what is there, in reversed depth.
-pub(super) const NEARER: DepthStencil = DepthStencil { compare: CompareOp::GREATER, write: true, stencil: None };
 
 /// The pass of that name.
 pub(super) struct Visibility {
     opaque: Pipeline,
     masked: Pipeline,
+    depth: Depth,
 }
 
 impl Visibility {
-    pub(super) fn new(device: &Device, bindings: &Bindings) -> Result<Self> {
+    pub(super) fn new(device: &Device, bindings: &Bindings, depth: Depth) -> Result<Self> {
         let desc = PipelineDesc {
             vertex: shaders::VISIBILITY_VERT,
             fragment: Some(shaders::VISIBILITY_FRAG),
             colour: &[ID_FORMAT],
-            depth_stencil: Some(device.depth_stencil_format()),
-            writes_colour: true,
+            depth_stencil: Some(depth.format),
+            colour_writes: ColourWrites::Replace,
         };
         let with_mask = PipelineDesc {
             vertex: shaders::VISIBILITY_MASKED_VERT,
@@ -36,6 +34,7 @@ impl Visibility {
         Ok(Self {
             opaque: Pipeline::new(device, "visibility", bindings, &desc)?,
             masked: Pipeline::new(device, "visibility masked", bindings, &with_mask)?,
+            depth,
         })
     }
 
@@ -47,9 +46,9 @@ impl Visibility {
         targets: &'a Targets,
         scene: &SceneBuffers,
     ) {
-        pass.render(&[&targets.ids], Some(&targets.visibility_depth), Load::Clear, |draws| {
+        pass.render(&[&targets.ids], Some(&targets.visibility_depth), Load::Clear(self.depth.infinity()), |draws| {
             draws.bind(&self.opaque, bindings);
-            draws.depth_stencil(NEARER);
+            draws.depth_stencil(self.depth.nearer());
             draws.triangles(0, scene.opaque_count);
             if scene.masked_count > 0 {
                 draws.bind(&self.masked, bindings);

@@ -1,8 +1,9 @@
 //! A miniature run of every pass: it makes the driver compile all variants of the shaders (at the first draw, 25 to
 //! 68 ms each without a disk cache, lavapipe.md 7) and finds out whether the stencil mode can be trusted.
 
-use super::frame::{FrameOptions, UpdateMode};
+use super::frame::FrameOptions;
 use super::renderer::Renderer;
+use super::update::UpdateMode;
 use crate::error::Result;
 use crate::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
@@ -22,33 +23,42 @@ pub(super) fn miniature_size(size: ImageSize) -> ImageSize {
 }
 
 impl Renderer {
-    /// Runs every pass in every mode; sets whether patches drawn through the stencil cover what a full draw covered.
+    /// Runs every pass in every mode of the options; sets whether patches drawn through the stencil cover what a full draw
+    /// covered.
     pub(super) fn warm_up(&mut self) -> Result<()> {
         let scene = miniature();
         let size = self.targets.size;
         self.load(&scene)?;
         self.set_view(&View::new(&scene.cameras[0].camera, size, scene.diagonal()), Vec2::ZERO);
         let visible: Vec<FaceId> = self.visibility()?.iter().map(|&(face, _)| face).collect();
-        let combine = Some(Display::default());
-        let full =
-            FrameOptions { full_luminance: true, colour: true, combine, update_mode: UpdateMode::Stencil, queries: 0 };
-        let patches = FrameOptions { full_luminance: false, colour: false, combine: None, ..full };
+        let (combine, update_mode) = (Some(Display::default()), UpdateMode::Full);
+        let full = FrameOptions { full_luminance: true, colour: true, combine, update_mode, queries: 0 };
 
         self.apply(&leaves(&scene, &visible, None, 0))?;
         self.frame(&full)?;
-        // The same leaves with other values, then other leaves in their place, and one that was never drawn.
-        self.apply(&leaves(&scene, &visible, Some(0), 0))?;
-        self.frame(&patches)?;
-        self.apply(&leaves(&scene, &visible, Some(0), 1))?;
-        self.frame(&patches)?;
-        let layers = self.read_layers()?;
-        self.stencil_works = self.find_missed(&layers.d) == 0;
-        self.apply(&leaves(&scene, &visible[..visible.len().min(1)], None, 2))?;
-        self.frame(&patches)?;
-        self.apply(&leaves(&scene, &visible, Some(1), 3))?;
-        self.frame(&FrameOptions { update_mode: UpdateMode::Id, ..patches })?;
+        for mode in self.options.modes.clone() {
+            self.warm_up_mode(&scene, &visible, mode)?;
+        }
         self.read_display()?;
         self.load(&Scene::default())
+    }
+
+    /// Leaves, the same with other values, then others in their place, and one that was never drawn.
+    fn warm_up_mode(&mut self, scene: &Scene, visible: &[FaceId], update_mode: UpdateMode) -> Result<()> {
+        let patches = FrameOptions { update_mode, ..FrameOptions::default() };
+        self.reset_leaves();
+        self.apply(&leaves(scene, visible, None, 0))?;
+        self.frame(&FrameOptions { full_luminance: true, ..patches })?;
+        self.apply(&leaves(scene, visible, Some(0), 0))?;
+        self.frame(&patches)?;
+        self.apply(&leaves(scene, visible, Some(0), 1))?;
+        self.frame(&patches)?;
+        if update_mode.needs_stencil() {
+            let layers = self.read_layers()?;
+            self.stencil_works &= self.find_missed(&layers.d) == 0;
+        }
+        self.apply(&leaves(scene, &visible[..visible.len().min(1)], None, 2))?;
+        self.frame(&patches).map(|_| ())
     }
 
     /// Pixels that the full draw wrote and the patches of generation 1 did not.

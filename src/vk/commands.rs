@@ -9,7 +9,7 @@ use super::descriptor::Bindings;
 use super::device::{Device, Tracked};
 use super::error;
 use super::image::Image;
-use super::pipeline::{DepthStencil, Pipeline};
+use super::pipeline::{DepthBias, DepthStencil, Pipeline};
 use super::query::OcclusionQueries;
 use super::timestamp::{PassTimes, Timestamps};
 use crate::error::Result;
@@ -173,12 +173,27 @@ impl<'a> Recording<'a> {
 }
 
 /// What an attachment holds when rendering begins.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Load {
-    /// All zero (depth 0 is infinitely far).
-    Clear,
+    /// Colour and stencil zero, depth this.
+    Clear(f32),
     /// What is there.
     Keep,
+}
+
+fn attachment(image: &Image, load: Load) -> vk::RenderingAttachmentInfo<'static> {
+    let info = vk::RenderingAttachmentInfo::default()
+        .image_view(image.view)
+        .image_layout(image.layout())
+        .store_op(vk::AttachmentStoreOp::STORE);
+    match load {
+        Load::Keep => info.load_op(vk::AttachmentLoadOp::LOAD),
+        Load::Clear(depth) if image.is_depth() => {
+            let value = vk::ClearDepthStencilValue { depth, stencil: 0 };
+            info.load_op(vk::AttachmentLoadOp::CLEAR).clear_value(vk::ClearValue { depth_stencil: value })
+        }
+        Load::Clear(_) => info.load_op(vk::AttachmentLoadOp::CLEAR),
+    }
 }
 
 /// An open pass.
@@ -206,19 +221,14 @@ impl<'a> Pass<'a> {
         record: impl FnOnce(&Draws<'_, 'a>),
     ) {
         let Some(extent) = colour.first().copied().or(depth_stencil).map(Image::size) else { return };
-        let attach = |image: &Image| {
-            vk::RenderingAttachmentInfo::default()
-                .image_view(image.view)
-                .image_layout(image.layout())
-                .load_op(if load == Load::Clear { vk::AttachmentLoadOp::CLEAR } else { vk::AttachmentLoadOp::LOAD })
-                .store_op(vk::AttachmentStoreOp::STORE)
-        };
-        let attachments: Vec<_> = colour.iter().map(|i| attach(i)).collect();
-        let depth = depth_stencil.map(attach);
+        let attachments: Vec<_> = colour.iter().map(|i| attachment(i, load)).collect();
+        let depth = depth_stencil.map(|i| attachment(i, load));
+        let has_stencil = depth_stencil.is_some_and(Image::has_stencil);
         let area = vk::Rect2D { offset: vk::Offset2D::default(), extent };
         let mut info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
         if let Some(depth) = &depth {
-            info = info.depth_attachment(depth).stencil_attachment(depth);
+            info = info.depth_attachment(depth);
+            info = if has_stencil { info.stencil_attachment(depth) } else { info };
         }
         let (width, height) = (extent.width as f32, extent.height as f32);
         let viewport = vk::Viewport { x: 0.0, y: 0.0, width, height, min_depth: 0.0, max_depth: 1.0 };
@@ -280,7 +290,12 @@ impl<'a> Draws<'_, 'a> {
             );
         }
         if pipeline.has_depth_stencil && self.pass.depth_stencil.get().is_none() {
-            self.depth_stencil(DepthStencil { compare: vk::CompareOp::ALWAYS, write: false, stencil: None });
+            self.depth_stencil(DepthStencil {
+                compare: vk::CompareOp::ALWAYS,
+                write: false,
+                stencil: None,
+                bias: None,
+            });
         }
     }
 
@@ -293,6 +308,7 @@ impl<'a> Draws<'_, 'a> {
         let faces = vk::StencilFaceFlags::FRONT_AND_BACK;
         let (compare, on_pass, reference) = state.stencil.unwrap_or((vk::CompareOp::ALWAYS, vk::StencilOp::KEEP, 0));
         let keep = vk::StencilOp::KEEP;
+        let bias = state.bias.unwrap_or(DepthBias { constant: 0.0, slope: 0.0 });
         // SAFETY: the buffer is being recorded.
         unsafe {
             raw.cmd_set_depth_compare_op(buffer, state.compare);
@@ -300,6 +316,8 @@ impl<'a> Draws<'_, 'a> {
             raw.cmd_set_stencil_test_enable(buffer, state.stencil.is_some());
             raw.cmd_set_stencil_op(buffer, faces, keep, on_pass, keep, compare);
             raw.cmd_set_stencil_reference(buffer, faces, reference);
+            raw.cmd_set_depth_bias_enable(buffer, state.bias.is_some());
+            raw.cmd_set_depth_bias(buffer, bias.constant, 0.0, bias.slope);
         }
     }
 

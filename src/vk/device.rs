@@ -228,7 +228,11 @@ fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32) -> 
         .synchronization2(true)
         // SPIR-V 1.6 spells `discard` as a demotion.
         .shader_demote_to_helper_invocation(true);
-    let features = vk::PhysicalDeviceFeatures::default().occlusion_query_precise(chosen.report.precise_queries);
+    let optional = &chosen.report.optional;
+    let features = vk::PhysicalDeviceFeatures::default()
+        .occlusion_query_precise(chosen.report.precise_queries)
+        .fragment_stores_and_atomics(optional.fragment_atomics)
+        .independent_blend(optional.independent_blend);
     let mut extensions = Vec::new();
     // SAFETY: a plain query.
     let available = unsafe { instance.raw.enumerate_device_extension_properties(physical) }.unwrap_or_default();
@@ -236,6 +240,9 @@ fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32) -> 
     if has(khr::portability_subset::NAME) {
         // Must be enabled where it exists.
         extensions.push(khr::portability_subset::NAME.as_ptr());
+    }
+    if optional.stencil_export {
+        extensions.push(ext::shader_stencil_export::NAME.as_ptr());
     }
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)

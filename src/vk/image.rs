@@ -28,13 +28,13 @@ impl Image {
         Self::new(device, name, size, format, usage)
     }
 
-    /// A depth and stencil image in the device's format.
+    /// A depth image, with stencil where the format has it.
     ///
     /// # Errors
     /// [`Error::Exhausted`] when memory runs out, [`Error::Usage`] for a size that the device does not allow.
-    pub fn depth_stencil(device: &Device, name: &str, size: vk::Extent2D) -> Result<Self> {
+    pub fn depth_stencil(device: &Device, name: &str, size: vk::Extent2D, format: vk::Format) -> Result<Self> {
         let usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
-        Self::new(device, name, size, device.depth_stencil_format(), usage)
+        Self::new(device, name, size, format, usage)
     }
 
     fn new(
@@ -83,32 +83,35 @@ impl Image {
         self.size
     }
 
-    /// Whether it holds depth and stencil.
-    pub(super) const fn is_depth_stencil(&self) -> bool {
-        matches!(
-            self.format,
-            vk::Format::D32_SFLOAT_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D16_UNORM_S8_UINT
-        )
+    /// Whether it holds depth, with stencil or without.
+    pub(super) const fn is_depth(&self) -> bool {
+        matches!(self.format, vk::Format::D16_UNORM) || self.has_stencil()
+    }
+
+    /// Whether it holds stencil.
+    pub(super) const fn has_stencil(&self) -> bool {
+        has_stencil(self.format)
     }
 
     /// The one layout the image is ever in: GENERAL costs colour images nothing measurable and saves the
     /// transitions; depth keeps the layout that lets hardware compress it.
     pub(super) const fn layout(&self) -> vk::ImageLayout {
-        if self.is_depth_stencil() {
-            vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL
-        } else {
-            vk::ImageLayout::GENERAL
-        }
+        if self.is_depth() { vk::ImageLayout::DEPTH_STENCIL_ATTACHMENT_OPTIMAL } else { vk::ImageLayout::GENERAL }
     }
 
     pub(super) fn whole(&self) -> vk::ImageSubresourceRange {
-        let aspect = if self.is_depth_stencil() {
-            vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL
-        } else {
-            vk::ImageAspectFlags::COLOR
+        let aspect = match (self.has_stencil(), self.is_depth()) {
+            (true, _) => vk::ImageAspectFlags::DEPTH | vk::ImageAspectFlags::STENCIL,
+            (false, true) => vk::ImageAspectFlags::DEPTH,
+            (false, false) => vk::ImageAspectFlags::COLOR,
         };
         vk::ImageSubresourceRange::default().aspect_mask(aspect).level_count(1).layer_count(1)
     }
+}
+
+/// Whether a depth format has a stencil.
+pub(super) const fn has_stencil(format: vk::Format) -> bool {
+    matches!(format, vk::Format::D32_SFLOAT_S8_UINT | vk::Format::D24_UNORM_S8_UINT | vk::Format::D16_UNORM_S8_UINT)
 }
 
 /// Whether the device allows an image of this size at all: to create one beyond its limits is an error of the program, not
@@ -138,6 +141,7 @@ const fn texel_bytes(format: vk::Format) -> u64 {
         vk::Format::R16G16B16A16_SFLOAT => 8,
         vk::Format::D32_SFLOAT_S8_UINT => 5,
         vk::Format::D16_UNORM_S8_UINT => 3,
+        vk::Format::D16_UNORM => 2,
         _ => 4,
     }
 }

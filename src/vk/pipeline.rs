@@ -3,6 +3,7 @@
 use super::descriptor::Bindings;
 use super::device::{Device, DeviceCore, Tracked};
 use super::error;
+use super::image::has_stencil;
 use crate::error::Result;
 use ash::vk;
 use std::sync::Arc;
@@ -16,14 +17,43 @@ pub struct PipelineDesc<'a> {
     pub fragment: Option<&'a [u32]>,
     /// Formats of the colour attachments.
     pub colour: &'a [vk::Format],
-    /// Format of the depth and stencil attachment, if there is one.
+    /// Format of the depth (and stencil) attachment, if there is one.
     pub depth_stencil: Option<vk::Format>,
-    /// Whether colour is written.
-    pub writes_colour: bool,
+    /// How colour is written.
+    pub colour_writes: ColourWrites,
+}
+
+/// How a pipeline writes colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ColourWrites {
+    /// Not at all.
+    Off,
+    /// In place of what is there.
+    Replace,
+    /// In place of what is there, but for the first attachment's alpha, to which it adds: with an alpha of 1 it counts how
+    /// often each pixel was written. Needs the feature independentBlend.
+    AddFirstAlpha,
+}
+
+impl ColourWrites {
+    /// The blend state of attachment number `index`.
+    fn state(self, index: usize) -> vk::PipelineColorBlendAttachmentState {
+        let mask = if self == Self::Off { vk::ColorComponentFlags::empty() } else { vk::ColorComponentFlags::RGBA };
+        let state = vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask);
+        if self != Self::AddFirstAlpha || index > 0 {
+            return state;
+        }
+        state
+            .blend_enable(true)
+            .src_color_blend_factor(vk::BlendFactor::ONE)
+            .dst_color_blend_factor(vk::BlendFactor::ZERO)
+            .src_alpha_blend_factor(vk::BlendFactor::ONE)
+            .dst_alpha_blend_factor(vk::BlendFactor::ONE)
+    }
 }
 
 /// Depth and stencil state, set while recording.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthStencil {
     /// How a fragment's depth compares with the image's for the fragment to pass.
     pub compare: vk::CompareOp,
@@ -31,6 +61,17 @@ pub struct DepthStencil {
     pub write: bool,
     /// Stencil: compare operation, what passing does, reference; `None` turns it off.
     pub stencil: Option<(vk::CompareOp, vk::StencilOp, u32)>,
+    /// What is added to a fragment's depth; `None` for nothing.
+    pub bias: Option<DepthBias>,
+}
+
+/// What is added to the depth of fragments, away from 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthBias {
+    /// In least differences that the format resolves.
+    pub constant: f32,
+    /// In the triangle's larger change of depth from a pixel to the next.
+    pub slope: f32,
 }
 
 /// A graphics pipeline: triangle lists, vertices pulled by index, no culling (sides are told apart in the shader).
@@ -113,8 +154,7 @@ fn create(
         .depth_test_enable(desc.depth_stencil.is_some())
         .front(stencil)
         .back(stencil);
-    let mask = if desc.writes_colour { vk::ColorComponentFlags::RGBA } else { vk::ColorComponentFlags::empty() };
-    let attachments = vec![vk::PipelineColorBlendAttachmentState::default().color_write_mask(mask); desc.colour.len()];
+    let attachments: Vec<_> = (0..desc.colour.len()).map(|i| desc.colour_writes.state(i)).collect();
     let blend = vk::PipelineColorBlendStateCreateInfo::default().attachments(&attachments);
     let mut states = vec![vk::DynamicState::VIEWPORT, vk::DynamicState::SCISSOR];
     if desc.depth_stencil.is_some() {
@@ -124,14 +164,17 @@ fn create(
             vk::DynamicState::STENCIL_TEST_ENABLE,
             vk::DynamicState::STENCIL_OP,
             vk::DynamicState::STENCIL_REFERENCE,
+            vk::DynamicState::DEPTH_BIAS_ENABLE,
+            vk::DynamicState::DEPTH_BIAS,
         ]);
     }
     let dynamic = vk::PipelineDynamicStateCreateInfo::default().dynamic_states(&states);
-    let depth_stencil = desc.depth_stencil.unwrap_or_default();
+    let depth_format = desc.depth_stencil.unwrap_or_default();
+    let stencil_format = if has_stencil(depth_format) { depth_format } else { vk::Format::UNDEFINED };
     let mut rendering = vk::PipelineRenderingCreateInfo::default()
         .color_attachment_formats(desc.colour)
-        .depth_attachment_format(depth_stencil)
-        .stencil_attachment_format(depth_stencil);
+        .depth_attachment_format(depth_format)
+        .stencil_attachment_format(stencil_format);
     let info = vk::GraphicsPipelineCreateInfo::default()
         .stages(stages)
         .vertex_input_state(&vertex_input)

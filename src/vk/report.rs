@@ -3,7 +3,7 @@
 use super::error;
 use super::instance::Instance;
 use crate::error::{Error, Result};
-use ash::vk;
+use ash::{ext, vk};
 use serde::Serialize;
 use std::ffi::{CStr, c_char};
 
@@ -55,10 +55,27 @@ pub struct DeviceReport {
     pub max_image_side: u32,
     /// Whether occlusion queries count exactly; without, pixels are counted by histogram only.
     pub precise_queries: bool,
+    /// What only some options need, where the device has it.
+    pub optional: Optional,
     /// What penombre needs and the device lacks; empty for a usable one.
     pub missing: Vec<String>,
     /// Formats it would use.
     pub formats: Formats,
+}
+
+/// What only some options need, by the names that Vulkan gives it.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Optional {
+    /// The extension VK_EXT_shader_stencil_export.
+    pub stencil_export: bool,
+    /// The feature fragmentStoresAndAtomics.
+    pub fragment_atomics: bool,
+    /// The feature independentBlend.
+    pub independent_blend: bool,
+    /// Bits of a pixel to which vertices are snapped: subPixelPrecisionBits.
+    pub sub_pixel_bits: u32,
+    /// Depth formats that can be rendered to.
+    pub depth_formats: Vec<String>,
 }
 
 /// A physical device with its report and what device creation needs to know.
@@ -147,6 +164,7 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
         max_allocation_mib: max_allocation >> 20,
         max_image_side: max_image_side(&basic.limits),
         precise_queries: features.occlusion_query_precise == vk::TRUE,
+        optional: optional(instance, raw, &features, &basic.limits),
         missing: missing(instance, raw, basic.api_version, family.is_some(), depth_stencil.is_some()),
         formats: formats(depth_stencil),
     };
@@ -158,6 +176,25 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
         timestamp_period_ns: has_timestamps.then_some(basic.limits.timestamp_period),
         max_allocation,
         rank,
+    }
+}
+
+fn optional(
+    instance: &Instance,
+    raw: vk::PhysicalDevice,
+    features: &vk::PhysicalDeviceFeatures,
+    limits: &vk::PhysicalDeviceLimits,
+) -> Optional {
+    // SAFETY: a plain query of a physical device of this instance.
+    let extensions = unsafe { instance.raw.enumerate_device_extension_properties(raw) }.unwrap_or_default();
+    let depth = [vk::Format::D16_UNORM].into_iter().chain(DEPTH_FORMATS);
+    let works = |f: &vk::Format| supports(instance, raw, *f, vk::FormatFeatureFlags::DEPTH_STENCIL_ATTACHMENT);
+    Optional {
+        stencil_export: extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::shader_stencil_export::NAME)),
+        fragment_atomics: features.fragment_stores_and_atomics == vk::TRUE,
+        independent_blend: features.independent_blend == vk::TRUE,
+        sub_pixel_bits: limits.sub_pixel_precision_bits,
+        depth_formats: depth.filter(works).map(|f| format!("{f:?}")).collect(),
     }
 }
 

@@ -175,8 +175,8 @@ pub fn faces(visible: &[(FaceId, u32)]) -> Vec<FaceId> {
     visible.iter().map(|&(face, _)| face).collect()
 }
 
-/// A leaf with its face and corners, each a slot and its position.
-type DynamicLeaf = (u32, FaceId, [(u32, Vec3); 3]);
+/// A leaf with its face and level, and corners, each a slot and its position.
+type DynamicLeaf = (u32, (FaceId, u8), [(u32, Vec3); 3]);
 
 /// A dynamic mesh that splits its leaves in four at random, and tells the renderer.
 pub struct Splitter {
@@ -190,7 +190,7 @@ impl Splitter {
     pub fn new(scene: &Scene, visible: &[FaceId]) -> Self {
         let leaf = |&face: &FaceId| {
             let corners = scene.corners(face.triangle());
-            (face.0, face, [0, 1, 2].map(|k| (3 * face.0 + k, corners[k as usize])))
+            (face.0, (face, 0), [0, 1, 2].map(|k| (3 * face.0 + k, corners[k as usize])))
         };
         let first_free = 2 * scene.triangles.len() as u32;
         let leaves = visible.iter().map(leaf).collect();
@@ -211,9 +211,9 @@ impl Splitter {
     /// Splits about a share of the leaves.
     pub fn split(&mut self, share: f32) -> Update {
         let mut update = Update::default();
-        for (id, face, corners) in std::mem::take(&mut self.leaves) {
+        for (id, (face, level), corners) in std::mem::take(&mut self.leaves) {
             if self.random() > share {
-                self.leaves.push((id, face, corners));
+                self.leaves.push((id, (face, level), corners));
                 continue;
             }
             let middle = |k: usize| (corners[k].1 + corners[(k + 1) % 3].1) * 0.5;
@@ -228,10 +228,10 @@ impl Splitter {
             for child in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
                 update.leaves.push((
                     LeafId(self.next_leaf),
-                    Leaf { slots: child.map(|v| SlotId(v.0)), face, level: 0, flat: None },
+                    Leaf { slots: child.map(|v| SlotId(v.0)), face, level: level + 1, flat: None },
                 ));
                 update.patch_leaves.push(LeafId(self.next_leaf));
-                self.leaves.push((self.next_leaf, face, child));
+                self.leaves.push((self.next_leaf, (face, level + 1), child));
                 self.next_leaf += 1;
             }
             update.patches.push(Patch { face, old: old..old + 1, new: new..new + 4 });
@@ -252,7 +252,7 @@ impl Splitter {
             }
         }
         // A vertex belongs to several leaves: each of them is a patch.
-        for (id, face, corners) in &self.leaves {
+        for (id, (face, _), corners) in &self.leaves {
             if corners.iter().any(|c| changed.contains(&c.0)) {
                 let start = update.patch_leaves.len() as u32;
                 update.patch_leaves.push(LeafId(*id));

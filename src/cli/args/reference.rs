@@ -1,7 +1,7 @@
 //! Options of `reference`.
 
-use super::args::{CpuArgs, SceneArgs};
-use super::values;
+use super::{CpuArgs, SceneArgs};
+use crate::cli::values;
 use crate::error::{Error, Result};
 use crate::image::atomic;
 use clap::{Args, ValueEnum};

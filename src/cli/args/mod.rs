@@ -1,7 +1,13 @@
 //! What was typed: one struct a subcommand, put together from groups of options that several share.
 
-use super::args_bench::BenchArgs;
-use super::args_reference::ReferenceArgs;
+pub mod bench;
+mod compare;
+mod depth;
+mod diff;
+pub mod reference;
+
+use self::bench::BenchArgs;
+use self::reference::ReferenceArgs;
 use super::pictures::numbered;
 use super::values;
 use crate::error::{Error, Result};
@@ -17,6 +23,10 @@ use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+pub use compare::{CompareArgs, CompareLimits, Tilt};
+pub use depth::DepthArgs;
+pub use diff::{DiffArgs, LimitArgs};
+
 /// Heading of the options about what is refined.
 const REFINEMENT: &str = "Refinement";
 /// Heading of the options about drawing.
@@ -29,6 +39,7 @@ Examples:
   penombre render scene.toml -o image.png --time 10
   penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
   penombre render scene.toml -o walk_####.png --camera-path walk.toml --error 0.05
+  penombre compare scene.toml --out report
   penombre reference scene.toml -o ref.exr --filter point --spp 1024 --pixels 4000
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
   penombre bench scene.toml
@@ -36,7 +47,7 @@ Examples:
   penombre info
 
 Exit status:
-  0 done    1 diff: a limit was exceeded    2 bad usage or input
+  0 done    1 diff, compare: a limit was exceeded    2 bad usage or input
   3 no usable Vulkan device    4 device lost or out of memory    70 internal error
   130 interrupted (the outputs are written all the same)";
 
@@ -54,6 +65,8 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to files, progressively, until a budget is spent
     Render(RenderArgs),
+    /// Replay one refinement in several update modes and report their artefacts and cost
+    Compare(CompareArgs),
     /// Path-trace a scene on the CPU, without any cache: the yardstick
     Reference(ReferenceArgs),
     /// Measure how far an image is from a reference
@@ -90,9 +103,12 @@ pub struct RenderArgs {
     /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
     #[arg(long, help_heading = REFINEMENT)]
     pub no_filter: bool,
-    /// How changed lighting is redrawn
-    #[arg(long, value_name = "MODE", default_value = "stencil", value_parser = values::update_mode(), help_heading = GPU)]
+    /// How changed lighting is redrawn: `id` was measured to be exact and as cheap as any (see `penombre compare`)
+    #[arg(long, value_name = "MODE", default_value = "id", value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,
+    /// How depth is kept.
+    #[command(flatten)]
+    pub depth: DepthArgs,
     /// How the pixels of triangles are counted, which steers refinement
     #[arg(long, value_name = "HOW", default_value = "histogram", help_heading = GPU)]
     pub pixel_counts: PixelCounts,
@@ -297,58 +313,10 @@ pub enum PixelCounts {
     Histogram,
     /// The largest changed ones, by occlusion queries
     Query,
+    /// The changed ones as they are drawn, by counters
+    Atomic,
     /// Not at all
     Off,
-}
-
-/// Options of `diff`.
-#[derive(Args, Debug)]
-pub struct DiffArgs {
-    /// Image to judge: .exr (radiance) or .png (as displayed)
-    #[arg(value_name = "A", value_parser = values::image_path)]
-    pub image: PathBuf,
-    /// Reference of the same kind and size; its `mask` channel says which pixels count
-    #[arg(value_name = "B", value_parser = values::image_path)]
-    pub reference: PathBuf,
-    /// Count only pixels that are half white or brighter in this picture
-    #[arg(long, value_name = "FILE.png", value_parser = values::png_path)]
-    pub mask: Option<PathBuf>,
-    /// Picture of the signed relative error: red too bright, blue too dark; white 0.1 %, full colour 100 %
-    #[arg(short = 'o', long = "output", value_name = "DIFF.png", value_parser = values::png_path)]
-    pub output: Option<PathBuf>,
-    /// Print the measures as JSON
-    #[arg(long)]
-    pub json: bool,
-    /// relMSE with this constant in d²/(r² + E) [default: 0.01 × the reference's mean²]
-    #[arg(long, value_name = "E", allow_negative_numbers = true, value_parser = values::positive)]
-    pub epsilon_absolute: Option<f32>,
-    /// Exposure of the images that FLIP compares [default: the reference's mean luminance becomes 0.18]
-    #[arg(long, value_name = "STOPS", allow_negative_numbers = true, value_parser = values::stops)]
-    pub exposure: Option<f32>,
-    /// Tone-mapping operator of the images that FLIP compares [default: aces]
-    #[arg(long, value_name = "OPERATOR", value_parser = values::tone_mapping())]
-    pub tone_mapping: Option<ToneMapping>,
-    /// When to fail.
-    #[command(flatten)]
-    pub limits: LimitArgs,
-}
-
-/// Limits of `diff`.
-#[derive(Args, Clone, Copy, Debug, Default)]
-#[command(next_help_heading = "Limits (exit status 1 when one is exceeded)")]
-pub struct LimitArgs {
-    /// Root mean square error
-    #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
-    pub max_rmse: Option<f64>,
-    /// Relative mean square error
-    #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
-    pub max_relmse: Option<f64>,
-    /// Mean FLIP error
-    #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
-    pub max_flip: Option<f64>,
-    /// Mean of A − B, whatever its sign
-    #[arg(long, value_name = "MAX", allow_negative_numbers = true, value_parser = values::limit)]
-    pub max_mean_shift: Option<f64>,
 }
 
 /// Options of `info`.
@@ -407,6 +375,7 @@ impl RenderArgs {
     pub fn image_options(&self) -> String {
         let mut text = self.scene.image_options("render", self.engine.seed);
         text += &format!(" --update {} --aa {}", self.update.name(), self.output.aa);
+        text += &self.depth.image_options();
         match self.refinement {
             RefinementArgs { direct_only: true, .. } => text += " --direct-only",
             RefinementArgs { hemisphere: Method::Stratified, .. } => {}

@@ -1,7 +1,7 @@
 //! Options of `bench`.
 
-use super::args::{CpuArgs, DeviceArgs, RefinementArgs};
-use super::values;
+use super::{CpuArgs, DeviceArgs, RefinementArgs};
+use crate::cli::values;
 use crate::error::{Error, Result};
 use crate::image::atomic;
 use clap::{Args, Subcommand};
