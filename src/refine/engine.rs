@@ -1,5 +1,6 @@
 //! The engine: owns the cache; batches in two phases, trace (shared, read only) and apply (alone, in job order).
 
+use super::hidden::HiddenShadows;
 use super::image_error::ImageError;
 use super::options::Options;
 use super::priority::{Judge, Reflectances};
@@ -88,6 +89,8 @@ pub struct Engine {
     pub(super) predicting: Vec<VertexId>,
     /// Rays traced when the predictions were last brought up to date.
     pub(super) predicted_at: u64,
+    /// What leaves have turned out to hide.
+    pub(super) hidden: HiddenShadows,
     /// Clock of the engine's own thread when it was made, nanoseconds.
     pub(super) born: u64,
 }
@@ -121,6 +124,7 @@ impl Engine {
             base: Vec::new(),
             predicting: Vec::new(),
             predicted_at: 0,
+            hidden: HiddenShadows::default(),
             born: thread_nanoseconds(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),
             scene,
@@ -153,6 +157,7 @@ impl Engine {
             tolerance: self.tolerance,
             mean: self.image.mean(),
             generation: self.generation,
+            hidden: self.hidden.expected(),
         }
     }
 

@@ -3,6 +3,7 @@
 mod above;
 mod counts;
 pub mod engine;
+mod hidden;
 mod highlights;
 mod image_error;
 mod indirect;

@@ -61,6 +61,8 @@ pub struct Judge<'a> {
     pub mean: f32,
     /// The camera's generation.
     pub generation: u32,
+    /// Square error expected where nothing has been seen, relative to what a leaf shows.
+    pub hidden: f32,
 }
 
 /// Weight of an edge's contrast against measured surplus: discontinuities not seen yet. [L 2.2]
@@ -77,6 +79,8 @@ const SHADOW_CONTRAST: f32 = 0.15;
 pub(super) const HARD_PIXELS: f32 = 0.02;
 /// Share of a leaf that a surprise in its middle stands for.
 const SURPRISE_SHARE: f32 = 0.5;
+/// Least light that a leaf is judged by, against the image's mean.
+const LEAST_SHOWN: f32 = 0.1;
 /// Pixels of the smallest leaf whose middle is probed.
 const PROBED: f32 = 1.0;
 /// Rays that a new vertex costs, evaluation included.
@@ -246,7 +250,7 @@ impl Judge<'_> {
             return if wanted { self.random(u64::from(id.0)) } else { 0.0 };
         }
         // Below the tolerance nothing shows; a leaf that might hide a small shadow stays in the queue all the same.
-        let unseen = if self.is_small(id) { 0.0 } else { self.hidden_shadow(light.mean) };
+        let unseen = if self.is_small(id) { 0.0 } else { self.hidden_shadow(&light) };
         let error = (light.interpolation + unseen) * self.display_gain(light.least);
         if error < (self.tolerance * self.mean).powi(2) {
             return 0.0;
@@ -302,9 +306,22 @@ impl Judge<'_> {
         (1.0 + luminance / self.options.white).powi(-4)
     }
 
-    /// Square error that a shadow too small to have been seen would cause, times the odds of one.
-    fn hidden_shadow(&self, mean: f32) -> f32 {
-        (self.tolerance * 2.0 * self.mean).powi(2).max((0.01 * mean).powi(2) * 0.1)
+    /// Square error expected of a shadow too small to have been seen.
+    fn hidden_shadow(&self, light: &LeafLight) -> f32 {
+        (self.tolerance * 2.0 * self.mean).powi(2).max(self.hidden * self.judged_by(light))
+    }
+
+    /// Square of the light that what a leaf hides is judged by: what it shows, or a little if it shows none.
+    fn judged_by(&self, light: &LeafLight) -> f32 {
+        light.mean.max(LEAST_SHOWN * self.mean).powi(2)
+    }
+
+    /// What a leaf whose corners agree is judged by when it turns out to hide something; `None` for other leaves.
+    #[must_use]
+    pub fn blind(&self, id: NodeId) -> Option<f32> {
+        let light = self.leaf(id);
+        let agrees = !light.covered && light.interpolation <= self.hidden_shadow(&light);
+        (agrees && !self.is_small(id)).then(|| self.judged_by(&light)).filter(|square| *square > 0.0)
     }
 
     /// Key of tracing what a vertex has put off, or of doubling its points, from the variance that goes.

@@ -25,6 +25,8 @@ struct Fresh {
     node: NodeId,
     first: NodeId,
     middles: [SlotId; 3],
+    /// What it is judged by if only what it might hide had it split.
+    blind: Option<f32>,
 }
 
 /// What a batch does to the drawn mesh.
@@ -122,6 +124,10 @@ impl Engine {
         self.evaluate(&slots);
         self.confirm(&fresh, &mut slots);
         self.settle_accounts(&fresh, &slots, &inner);
+        if self.hidden.has_risen() {
+            let leaves = self.all_visible_leaves();
+            leaves.into_iter().for_each(|leaf| self.enqueue_split(leaf));
+        }
     }
 
     /// Puts a vertex inside each leaf where its one pixel sees it; returns the slots of those that were there before.
@@ -195,7 +201,7 @@ impl Engine {
         for neighbour in self.cache.topology.coarser_neighbours(id) {
             self.split(neighbour, fresh, jobs);
         }
-        let small = self.judge().trusts_corners(id);
+        let (small, blind) = (self.judge().trusts_corners(id), self.judge().blind(id));
         let split = self.cache.split(id);
         for slot in split.middles {
             let vertex = self.cache.slots[slot.0].vertex;
@@ -211,7 +217,7 @@ impl Engine {
                 self.note_redraw(node);
             }
         }
-        fresh.push(Fresh { node: id, first: split.first, middles: split.middles });
+        fresh.push(Fresh { node: id, first: split.first, middles: split.middles, blind });
     }
 
     /// Traces jobs on all workers, then writes their results in order.
@@ -300,6 +306,7 @@ impl Engine {
     fn settle_accounts(&mut self, fresh: &[Fresh], slots: &[SlotId], inner: &[NodeId]) {
         for f in fresh {
             let surplus = self.judge().surplus(f.node, f.middles);
+            f.blind.into_iter().for_each(|square| self.hidden.note(surplus / square));
             let parent = self.cache.topology.nodes[f.node.0].work;
             for i in 0..4 {
                 let work = &mut self.cache.topology.nodes[f.first.0 + i].work;
