@@ -1,4 +1,4 @@
-//! Intersection of a ray with a triangle that leaves no gap to the triangle beside it [Woop13].
+//! Intersection of a ray with a triangle that leaves no gap to the triangle beside it \[Woop13\].
 //!
 //! Corners are moved into a space in which the ray is the z axis: each by itself, so that triangles that share a corner agree on where
 //! it is. There the sign of an edge function is exact, and an edge has opposite signs in the two triangles beside it; so a ray through
