@@ -8,6 +8,7 @@ use crate::bench::truth::Truth;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use serde::Serialize;
+use std::path::Path;
 
 /// relMSE to which the times of both are given.
 const TARGETS: [f64; 3] = [1e-2, 5e-3, 1e-3];
@@ -168,7 +169,8 @@ impl Document {
             Line { name: "path tracer", points: points(&self.path_tracer.curve), colour: "#c4451c", measured: true },
             Line { name: "reference's own noise", points: noise, colour: "#777777", measured: false },
         ];
-        let title = format!("{} {}x{}", self.scene, self.size[0], self.size[1]);
+        let name = Path::new(&self.scene).file_stem().unwrap_or_default().to_string_lossy();
+        let title = format!("{name} {}x{}", self.size[0], self.size[1]);
         log_log(&title, ["CPU seconds", "relMSE, the reference's noise taken off"], &lines)
     }
 }
