@@ -8,7 +8,7 @@ use crate::compare::mesh::Mesh;
 use crate::compare::page::{self, Shot};
 use crate::compare::pictures::{Part, Pictures, displayed};
 use crate::compare::replay::{self, Truths, replay};
-use crate::compare::report::{CostRow, ModeRow, Report, TiltRow};
+use crate::compare::report::{ModeRow, Report, TiltRow};
 use crate::compare::{DepthChoice, Recording};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
@@ -282,7 +282,7 @@ impl Run<'_> {
             self.say(format!("cost of {patches} patches"));
             let often = (patches as usize, self.args.what.runs as usize);
             let costs = cost::measure(renderer, (scene, &mesh), modes, often, &interrupt::requested)?;
-            self.report.costs.extend(costs.iter().map(CostRow::from));
+            self.report.costs.extend(costs);
         }
         Ok(())
     }

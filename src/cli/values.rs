@@ -97,28 +97,29 @@ pub fn csv_path(text: &str) -> Result<PathBuf, String> {
     if is_csv { Ok(path) } else { Err("its extension must be .csv; the summary goes beside it as .json".to_owned()) }
 }
 
+/// One of the names of a list.
+fn named<T: Copy + Send + Sync + 'static, const N: usize>(
+    names: [(&'static str, T); N],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(names.map(|(name, _)| name)).try_map(move |name| {
+        let found = names.iter().find(|(n, _)| *n == name);
+        found.map(|(_, value)| *value).ok_or("unknown name")
+    })
+}
+
 /// One of [`ToneMapping::NAMES`].
 pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
-    PossibleValuesParser::new(ToneMapping::NAMES.map(|(name, _)| name)).try_map(|name| {
-        let found = ToneMapping::NAMES.into_iter().find(|(n, _)| *n == name);
-        found.map(|(_, operator)| operator).ok_or("unknown operator")
-    })
+    named(ToneMapping::NAMES)
 }
 
 /// A priority by name.
 pub fn priority() -> impl TypedValueParser<Value = Priority> {
-    PossibleValuesParser::new(Priority::NAMES.map(|(name, _)| name)).try_map(|name| {
-        let found = Priority::NAMES.into_iter().find(|(n, _)| *n == name);
-        found.map(|(_, priority)| priority).ok_or("unknown priority")
-    })
+    named(Priority::NAMES)
 }
 
 /// A hemisphere method by name.
 pub fn hemisphere() -> impl TypedValueParser<Value = Method> {
-    PossibleValuesParser::new(Method::NAMES.map(|(name, _)| name)).try_map(|name| {
-        let found = Method::NAMES.into_iter().find(|(n, _)| *n == name);
-        found.map(|(_, method)| method).ok_or("unknown method")
-    })
+    named(Method::NAMES)
 }
 
 /// A finite number that is not negative.
@@ -129,18 +130,12 @@ pub fn not_negative(text: &str) -> Result<f32, String> {
 
 /// A depth format by name.
 pub fn depth_format() -> impl TypedValueParser<Value = DepthFormat> {
-    PossibleValuesParser::new(DepthFormat::NAMES.map(|(name, _)| name)).try_map(|name| {
-        let found = DepthFormat::NAMES.into_iter().find(|(n, _)| *n == name);
-        found.map(|(_, format)| format).ok_or("unknown format")
-    })
+    named(DepthFormat::NAMES)
 }
 
 /// An order of depths by name.
 pub fn depth_order() -> impl TypedValueParser<Value = DepthOrder> {
-    PossibleValuesParser::new(DepthOrder::NAMES.map(|(name, _)| name)).try_map(|name| {
-        let found = DepthOrder::NAMES.into_iter().find(|(n, _)| *n == name);
-        found.map(|(_, order)| order).ok_or("unknown order")
-    })
+    named(DepthOrder::NAMES)
 }
 
 /// An update mode by name.

@@ -6,12 +6,13 @@ use crate::pass::{FrameOptions, Renderer, UpdateMode};
 use crate::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
 use crate::scene::Scene;
 use glam::Vec3;
+use serde::Serialize;
 
 /// What a mode took for an update of so many patches: medians over the runs.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Cost {
-    /// The mode.
-    pub mode: UpdateMode,
+    /// The mode's name.
+    pub mode: &'static str,
     /// Patches.
     pub patches: usize,
     /// Milliseconds of the luminance pass by the device's clock.
@@ -124,7 +125,8 @@ impl Split {
         renderer.frame(&FrameOptions { full_luminance: true, ..options })?;
         renderer.apply(&self.split)?;
         let start = cpu_ms();
-        let mut cost = Cost { mode: update_mode, patches, gpu_ms: 0.0, cpu_ms: 0.0, draws: 0, queries: 0, frames: 0 };
+        let mut cost =
+            Cost { mode: update_mode.name(), patches, gpu_ms: 0.0, cpu_ms: 0.0, draws: 0, queries: 0, frames: 0 };
         while renderer.has_pending() {
             let stats = renderer.frame(&options)?;
             cost.gpu_ms += stats.luminance_ms.unwrap_or(0.0);

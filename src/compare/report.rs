@@ -34,7 +34,7 @@ pub struct Report {
     /// Artefacts, a row a mode, depth and tilt.
     pub modes: Vec<ModeRow>,
     /// Cost, a row a mode and number of patches.
-    pub costs: Vec<CostRow>,
+    pub costs: Vec<Cost>,
     /// Runs that each cost is the median of.
     pub cost_runs: usize,
     /// What could not be compared here, and why.
@@ -205,32 +205,6 @@ impl ModeRow {
     pub fn depth(&self) -> String {
         let ordinary = if self.depth_order == "ordinary" { "-ordinary" } else { "" };
         format!("{}{ordinary}", self.depth_format)
-    }
-}
-
-/// Cost of an update in a mode: medians.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub struct CostRow {
-    /// The mode.
-    pub mode: &'static str,
-    /// Patches of the update: each a triangle split in four.
-    pub patches: usize,
-    /// Milliseconds of the luminance pass by the device's clock.
-    pub gpu_ms: f64,
-    /// CPU milliseconds of the whole process.
-    pub cpu_ms: f64,
-    /// Draw commands.
-    pub draws: u32,
-    /// Occlusion queries.
-    pub queries: u32,
-    /// Frames that it took.
-    pub frames: u32,
-}
-
-impl From<&Cost> for CostRow {
-    fn from(cost: &Cost) -> Self {
-        let Cost { patches, gpu_ms, cpu_ms, draws, queries, frames, .. } = *cost;
-        Self { mode: cost.mode.name(), patches, gpu_ms, cpu_ms, draws, queries, frames }
     }
 }
 
@@ -430,7 +404,7 @@ mod tests {
                 0.0,
             )
         };
-        let cost = |mode: UpdateMode, cpu_ms, gpu_ms| CostRow {
+        let cost = |mode: UpdateMode, cpu_ms, gpu_ms| Cost {
             mode: mode.name(),
             patches: 1000,
             gpu_ms,
