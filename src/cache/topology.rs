@@ -63,6 +63,8 @@ pub struct IndirectNode {
     pub size: f32,
     /// Pixels that it covers.
     pub pixels: f32,
+    /// What the reach of each of its corners holds of it.
+    pub reach: f32,
     /// Raised whenever its key changes.
     pub version: u32,
     /// Key that it waits in the queue with; 0 if it does not.
@@ -79,6 +81,7 @@ impl Default for IndirectNode {
             doubt: f32::INFINITY,
             size: 0.0,
             pixels: 0.0,
+            reach: 0.0,
             version: 0,
             queued: 0.0,
             accounted: 0.0,

@@ -21,6 +21,9 @@ const RAYS_A_PIXEL: f32 = 6.0;
 /// Square error of a leaf, relative to what it shows, before any was audited, and how many leaves that counts for: so much and so
 /// few that some are audited early to find out.
 const PRIOR: [f64; 2] = [1e-2, 8.0];
+/// What audits find is mostly shadow: dark pixels shown bright, whose error is this many times as large on a display, where dark
+/// tones lie apart, as its square beside what a leaf shows.
+const SHADOWS_SHOW: f32 = 10.0;
 /// Leaves of more pixels are split rather than asked.
 const MOST_PIXELS: f32 = 1024.0;
 
@@ -85,7 +88,7 @@ impl Judge<'_> {
             return 0.0;
         }
         let light = self.leaf(id);
-        let error = self.unaudited * self.judged_by(&light) * self.display_gain(light.least);
+        let error = SHADOWS_SHOW * self.unaudited * self.judged_by(&light) * self.display_gain(light.least);
         let pixels = self.cache.topology.nodes[id.0].work.pixels;
         pixels * error / (1.0 + RAYS_A_PIXEL * pixels)
     }

@@ -68,8 +68,8 @@ impl Engine {
         }
         for &leaf in &leaves {
             self.cache.topology.nodes[leaf.0].indirect.queued = 0.0;
+            self.cache.topology.nodes[leaf.0].indirect.reach = 0.0;
             self.cache.topology.nodes[leaf.0].indirect.pixels = self.pixels_below(leaf);
-            self.add_reach(leaf, 1.0);
             self.account_indirect(leaf);
             self.enqueue_refinement(leaf);
         }
@@ -189,11 +189,10 @@ impl Engine {
 
     /// Hands a refined leaf's pixels over to its children.
     fn divide(&mut self, id: NodeId) {
-        self.add_reach(id, -1.0);
         self.forget_indirect(id);
         for child in self.children(id) {
             self.cache.topology.nodes[child.0].indirect.pixels = self.pixels_below(child);
-            self.add_reach(child, 1.0);
+            self.set_reach(child);
         }
     }
 
@@ -272,26 +271,30 @@ impl Engine {
             return;
         }
         let id = self.cache.topology.indirect_leaf(leaf);
-        self.add_reach(id, -1.0);
         let node = &mut self.cache.topology.nodes[id.0].indirect;
         node.pixels = (node.pixels + difference).max(0.0);
-        self.add_reach(id, 1.0);
         self.account_indirect(id);
         self.enqueue_refinement(id);
     }
 
-    /// Adds what a leaf's noise costs to its corners' reach, or takes it off. Linear interpolation shows a sixth of the
-    /// variance at each corner.
-    fn add_reach(&mut self, id: NodeId, sign: f32) {
-        let share = sign * self.cache.topology.nodes[id.0].indirect.pixels * self.judge().gain(id) / 6.0;
+    /// Brings up to date what a leaf's noise adds to its corners' reach. Linear interpolation shows a sixth of the variance at
+    /// each corner.
+    fn set_reach(&mut self, id: NodeId) {
+        let share = self.cache.topology.nodes[id.0].indirect.pixels * self.judge().gain(id) / 6.0;
+        self.replace_reach(id, share);
+    }
+
+    fn replace_reach(&mut self, id: NodeId, share: f32) {
+        let before = std::mem::replace(&mut self.cache.topology.nodes[id.0].indirect.reach, share);
         for vertex in self.cache.corner_vertices(id) {
             let reach = &mut self.cache.vertices[vertex.0].reach;
-            *reach = (*reach + share).max(0.0);
+            *reach = (*reach + share - before).max(0.0);
         }
     }
 
     /// Brings a leaf's share of the image's error up to date.
     pub(super) fn account_indirect(&mut self, id: NodeId) {
+        self.set_reach(id);
         let face = self.cache.topology.nodes[id.0].face;
         let [interpolation, noise] = self.judge().indirect_error(id);
         let shown = self.reflectances.noise_gain(&self.scene, face) * (interpolation + noise);
@@ -301,6 +304,7 @@ impl Engine {
     }
 
     fn forget_indirect(&mut self, id: NodeId) {
+        self.replace_reach(id, 0.0);
         self.image.replace_indirect(&mut self.cache.topology.nodes[id.0].indirect.accounted, 0.0);
     }
 

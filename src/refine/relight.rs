@@ -75,7 +75,7 @@ impl Engine {
         self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
         for leaf in leaves {
             let node = &mut self.cache.topology.nodes[leaf.0].indirect;
-            (node.pixels, node.accounted) = (0.0, 0.0);
+            (node.pixels, node.reach, node.accounted) = (0.0, 0.0, 0.0);
             let corners: [VertexId; 3] = self.cache.corner_vertices(leaf);
             corners.iter().for_each(|v| self.cache.vertices[v.0].reach = 0.0);
         }
