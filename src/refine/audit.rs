@@ -6,6 +6,7 @@ use super::hidden::HiddenShadows;
 use super::image_error::LeafError;
 use super::options::Priority;
 use super::priority::Judge;
+use super::queue::{Entry, Queue, Task};
 use crate::cache::dynamic::Cache;
 use crate::cache::middle::{self, Surprise};
 use crate::cache::pixels::{pixels_of, weights_inside};
@@ -24,6 +25,8 @@ const PRIOR: [f64; 2] = [1e-2, 8.0];
 /// What audits find is mostly shadow: dark pixels shown bright, whose error is this many times as large on a display, where dark
 /// tones lie apart, as its square beside what a leaf shows.
 const SHADOWS_SHOW: f32 = 10.0;
+/// One ray in so many goes to audits, whatever they seem to be worth.
+const SHARE: u64 = 20;
 /// Leaves of more pixels are split rather than asked.
 const MOST_PIXELS: f32 = 1024.0;
 
@@ -45,6 +48,10 @@ pub struct Audits {
     odd: FxHashMap<NodeId, OddPixels>,
     /// How likely a small leaf is to hide something.
     odds: HiddenShadows,
+    /// Leaves that wait.
+    queue: Queue,
+    /// Rays traced.
+    rays: u64,
 }
 
 /// What the audit of one leaf found.
@@ -58,7 +65,12 @@ struct Found {
 
 impl Default for Audits {
     fn default() -> Self {
-        Self { odd: FxHashMap::default(), odds: HiddenShadows::new(PRIOR[0], PRIOR[1]) }
+        Self {
+            odd: FxHashMap::default(),
+            odds: HiddenShadows::new(PRIOR[0], PRIOR[1]),
+            queue: Queue::default(),
+            rays: 0,
+        }
     }
 }
 
@@ -66,6 +78,13 @@ impl Audits {
     /// Forgets the pixels, not how likely they were to be odd.
     pub fn forget(&mut self) {
         self.odd.clear();
+        self.queue.clear();
+    }
+
+    /// Whether no leaf waits.
+    #[must_use]
+    pub fn are_done(&self) -> bool {
+        self.queue.is_empty()
     }
 
     /// Expected square error of a leaf that was not audited, relative to what it is judged by.
@@ -74,23 +93,20 @@ impl Audits {
         self.odds.expected()
     }
 
-    /// Whether so much more is expected than when keys were computed that they are due again.
-    pub fn have_risen(&mut self) -> bool {
-        self.odds.has_risen()
+    /// Whether the next leaf is worth more than the task of key `other`, or it is time for it anyway after `rays` rays in all: what
+    /// is not known to be there is not weighed right.
+    fn are_due(&self, other: Option<f32>, rays: u64) -> bool {
+        let next = self.queue.peek().map_or(0.0, |key| key * SHADOWS_SHOW * self.expected());
+        other.is_none_or(|other| next > other) || self.rays * SHARE < rays
     }
 }
 
 impl Judge<'_> {
-    /// Key of asking the pixels of a leaf; 0 if that is not to be done.
-    #[must_use]
-    pub fn audit_key(&self, id: NodeId) -> f32 {
-        if !self.wants_audit(id) {
-            return 0.0;
-        }
+    /// Key of asking the pixels of a leaf, if all that it shows were wrong.
+    fn audit_key(&self, id: NodeId) -> f32 {
         let light = self.leaf(id);
-        let error = SHADOWS_SHOW * self.unaudited * self.judged_by(&light) * self.display_gain(light.least);
         let pixels = self.cache.topology.nodes[id.0].work.pixels;
-        pixels * error / (1.0 + RAYS_A_PIXEL * pixels)
+        pixels * self.judged_by(&light) * self.display_gain(light.least) / (1.0 + RAYS_A_PIXEL * pixels)
     }
 
     /// Whether a leaf is trusted though its pixels were not asked.
@@ -98,11 +114,14 @@ impl Judge<'_> {
         let node = &self.cache.topology.nodes[id.0];
         self.options.priority == Priority::Error
             && self.audits
+            && node.child.is_none()
+            && node.work.generation == self.generation
             && node.work.audited != self.generation
             && node.work.pixels > 0.0
             && node.work.pixels <= self.options.shadow_pixels.min(MOST_PIXELS)
             && self.settled(id).is_none()
             && node.corners.iter().all(|slot| self.cache.slots[slot.0].direct.known)
+            && !self.is_hard(id, &self.leaf(id))
     }
 
     /// What a leaf adds to the image's error.
@@ -115,6 +134,30 @@ impl Judge<'_> {
 }
 
 impl Engine {
+    /// Queues a leaf whose corners agree.
+    pub(super) fn enqueue_audit(&mut self, id: NodeId) {
+        let queued = self.cache.topology.nodes[id.0].work.audit_queued == self.generation;
+        if !queued && self.judge().wants_audit(id) {
+            let key = self.judge().audit_key(id);
+            self.cache.topology.nodes[id.0].work.audit_queued = if key > 0.0 { self.generation } else { 0 };
+            self.audits.queue.push(key, Task::Audit(id), 0);
+        }
+    }
+
+    /// Takes a leaf to be audited, if one is worth more than the next task or it is time for one.
+    pub(super) fn next_audit(&mut self) -> Option<NodeId> {
+        while self.audits.are_due(self.queue.peek(), self.stats.rays) {
+            let Some(Entry { task: Task::Audit(id), .. }) = self.audits.queue.pop() else { break };
+            self.cache.topology.nodes[id.0].work.audit_queued = 0;
+            if self.judge().wants_audit(id) {
+                // About as many as there will be: the count must rise before the next is taken.
+                self.audits.rays += (RAYS_A_PIXEL * self.cache.topology.nodes[id.0].work.pixels) as u64;
+                return Some(id);
+            }
+        }
+        None
+    }
+
     /// Asks the pixels of leaves whether these are as their corners say.
     pub(super) fn audit(&mut self, nodes: &[NodeId]) {
         let Some(view) = self.view() else { return };

@@ -34,10 +34,10 @@ impl Engine {
         self.recycle(counted.sequence);
         // Pixels of another camera say nothing.
         let Some(pixels) = counted.pixels.as_ref().filter(|_| counted.generation == self.generation) else { return };
+        let changed = self.recount(counted, pixels);
         if counted.complete {
             self.published.note_counted(counted.sequence);
         }
-        let changed = self.recount(counted, pixels);
         self.probe_middles(&changed);
         for leaf in changed {
             self.account(leaf);
@@ -49,30 +49,36 @@ impl Engine {
 
     /// Brings the leaves' pixels up to date; returns the leaves that have others now.
     fn recount(&mut self, counted: &Counted, pixels: &[LeafPixels]) -> Vec<NodeId> {
-        let mut by_node: FxHashMap<NodeId, NodePixels> = FxHashMap::default();
+        let due = if counted.complete { self.published.due_for_count(counted.sequence) } else { self.listed(pixels) };
+        let mut by_node: FxHashMap<NodeId, NodePixels> =
+            due.into_iter().map(|id| (id, NodePixels::default())).collect();
         for leaf in pixels {
-            if !counted.complete || self.published.is_older(leaf.leaf, counted.sequence) {
-                by_node.entry(self.cache.leaves[leaf.leaf.0].node).or_default().add(leaf);
-            }
-        }
-        let listed: FxHashSet<LeafId> = pixels.iter().filter(|_| !counted.complete).map(|leaf| leaf.leaf).collect();
-        let mut nodes: Vec<NodeId> = by_node.keys().copied().collect();
-        nodes.sort_unstable();
-        let mut changed = Vec::new();
-        for id in if counted.complete { self.all_visible_leaves() } else { nodes } {
-            let drawn = &self.cache.topology.nodes[id.0].drawn;
-            let is_counted = |leaf: &LeafId| match counted.complete {
-                true => self.published.is_older(*leaf, counted.sequence),
-                false => listed.contains(leaf),
-            };
-            if !drawn.is_empty() && drawn.iter().all(is_counted) {
-                let found = by_node.get(&id).copied().unwrap_or_default();
-                if self.set_pixels(id, found) {
-                    changed.push(id);
+            if !counted.complete || self.published.is_uncounted(leaf.leaf, counted.sequence) {
+                if let Some(found) = by_node.get_mut(&self.cache.leaves[leaf.leaf.0].node) {
+                    found.add(leaf);
                 }
             }
         }
-        changed
+        let mut found: Vec<(NodeId, NodePixels)> = by_node.into_iter().collect();
+        found.sort_unstable_by_key(|(id, _)| *id);
+        found.retain(|&(id, found)| self.is_seen(id) && self.set_pixels(id, found));
+        found.into_iter().map(|(id, _)| id).collect()
+    }
+
+    /// Nodes all of whose triangles are listed.
+    fn listed(&self, pixels: &[LeafPixels]) -> Vec<NodeId> {
+        let listed: FxHashSet<LeafId> = pixels.iter().map(|leaf| leaf.leaf).collect();
+        let mut nodes: Vec<NodeId> = listed.iter().map(|leaf| self.cache.leaves[leaf.0].node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.retain(|id| self.cache.topology.nodes[id.0].drawn.iter().all(|leaf| listed.contains(leaf)));
+        nodes
+    }
+
+    /// Whether a node is a drawn leaf of the present view.
+    fn is_seen(&self, id: NodeId) -> bool {
+        let node = &self.cache.topology.nodes[id.0];
+        !node.drawn.is_empty() && node.work.generation == self.generation
     }
 
     /// Whether a leaf has other pixels than it was thought to have.

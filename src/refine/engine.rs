@@ -170,7 +170,6 @@ impl Engine {
             mean: self.image.mean(),
             generation: self.generation,
             hidden: self.hidden.expected(),
-            unaudited: self.audits.expected(),
             audits: self.seen.1.is_some(),
         }
     }
@@ -292,7 +291,10 @@ impl Engine {
     /// Whether nothing is left to do for this view until more is heard of it: an empty queue says so on the last rung of the ladder of tolerances only.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.first_visits.is_empty() && self.queue.is_empty() && self.tolerance <= self.options.tolerance
+        self.first_visits.is_empty()
+            && self.queue.is_empty()
+            && self.audits.are_done()
+            && self.tolerance <= self.options.tolerance
     }
 
     /// The leaves that the camera sees.

@@ -61,11 +61,8 @@ pub struct Judge<'a> {
     pub mean: f32,
     /// The camera's generation.
     pub generation: u32,
-    /// Square error expected where nothing has been seen, relative to what a leaf shows: of leaves too large to be trusted, and
-    /// of small ones.
+    /// Square error expected where nothing has been seen, relative to what a leaf shows.
     pub hidden: f32,
-    /// See `hidden`.
-    pub unaudited: f32,
     /// Whether pixels can be asked one by one: the image is known.
     pub audits: bool,
 }
@@ -271,7 +268,7 @@ impl Judge<'_> {
         let node = &self.cache.topology.nodes[id.0];
         let light = self.leaf(id);
         // A hard edge is a line: a leaf across it is refined until the line is a pixel wide.
-        let hard = light.covered || light.contrast > SHADOW_CONTRAST || self.hides_contrast(id, light.mean);
+        let hard = self.is_hard(id, &light);
         // One of the children of a leaf of one pixel has that pixel again: there the leaf's share of its face says how
         // small it is.
         let pixels = if node.work.pixels > 1.0 { node.work.pixels } else { node.work.pixels.min(node.work.share) };
@@ -291,6 +288,11 @@ impl Judge<'_> {
         }
         let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
         node.work.pixels * error / (1.0 + VERTEX_COST * new as f32)
+    }
+
+    /// Whether a leaf lies across a hard edge, or hides one.
+    pub(super) fn is_hard(&self, id: NodeId, light: &LeafLight) -> bool {
+        light.covered || light.contrast > SHADOW_CONTRAST || self.hides_contrast(id, light.mean)
     }
 
     /// Share of D that a leaf shows, in the mean.

@@ -20,11 +20,15 @@ pub struct Published {
     /// The last update that changed triangles, and the last whose triangles' pixels are counted.
     redrawn: u64,
     counted: u64,
+    /// The last update that showed a new view.
+    viewed: u64,
     batch: u32,
     /// Triangles out of use, with the update that replaced them.
     retired: VecDeque<(u64, LeafId)>,
     /// Update that first drew each triangle.
     born: Sparse<u64>,
+    /// Nodes whose triangles' pixels are not known, with the update that draws them, in its order.
+    uncounted: VecDeque<(u64, NodeId)>,
 }
 
 impl Published {
@@ -33,11 +37,17 @@ impl Published {
         self.counted = sequence;
     }
 
-    /// Whether a triangle was drawn by update `sequence` or earlier.
+    /// Whether the pixels of a triangle, which update `sequence` or an earlier one has drawn, are known for the first time.
     #[must_use]
-    pub fn is_older(&self, leaf: LeafId, sequence: u64) -> bool {
+    pub(super) fn is_uncounted(&self, leaf: LeafId, sequence: u64) -> bool {
         let born = self.born.get(leaf.0);
-        born > 0 && born <= sequence
+        born > 0 && born <= sequence && (born > self.counted || self.counted <= self.viewed)
+    }
+
+    /// Takes the nodes whose triangles update `sequence` or an earlier one has drawn since pixels were last counted.
+    pub(super) fn due_for_count(&mut self, sequence: u64) -> Vec<NodeId> {
+        let due = self.uncounted.partition_point(|(drawn, _)| *drawn <= sequence);
+        self.uncounted.drain(..due).map(|(_, node)| node).collect()
     }
 }
 
@@ -68,13 +78,15 @@ impl Engine {
             *self.published.born.entry(leaf.0) = self.published.sequence + 1;
         }
         self.cache.topology.nodes[node.0].drawn = leaves;
+        self.published.uncounted.push_back((self.published.sequence + 1, node));
     }
 
     /// The update that shows everything visible anew.
     pub(super) fn full_update(&mut self, leaves: &[NodeId], slots: &[SlotId]) -> Update {
         self.published.changed.clear();
         self.published.sequence += 1;
-        self.published.redrawn = self.published.sequence;
+        (self.published.redrawn, self.published.viewed) = (self.published.sequence, self.published.sequence);
+        self.published.uncounted = leaves.iter().map(|&leaf| (self.published.sequence, leaf)).collect();
         let mut update = self.empty_update();
         update.slots = slots.iter().map(|&s| (s, self.slot(s))).collect();
         for &node in leaves {

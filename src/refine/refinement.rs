@@ -72,6 +72,10 @@ impl Engine {
     pub(super) fn refine(&mut self) -> bool {
         let (mut direct, mut indirect) = (Batch::default(), IndirectWork::default());
         while direct.tasks() + indirect.tasks() < TASKS_A_RUN && indirect.rays < GATHER_RAYS_A_RUN {
+            if let Some(leaf) = self.next_audit() {
+                direct.audits.push(leaf);
+                continue;
+            }
             let Some(entry) = self.queue.pop() else { break };
             let Some(key) = self.current_key(entry.task, entry.version) else { continue };
             let stale = key < entry.key * STALE;
@@ -83,7 +87,8 @@ impl Engine {
             match entry.task {
                 Task::Split(node) => direct.splits.push(node),
                 Task::Inner(node) => direct.inner.push(node),
-                Task::Audit(node) => direct.audits.push(node),
+                // They wait in a queue of their own.
+                Task::Audit(_) => {}
                 Task::Settle(vertex) => direct.jobs.push(self.take(vertex, Wanted::Settle)),
                 Task::Double(vertex) => direct.jobs.push(self.take(vertex, Wanted::Double)),
                 Task::Gather(vertex) => {
@@ -128,8 +133,7 @@ impl Engine {
         self.confirm(&fresh, &mut slots);
         self.settle_accounts(&fresh, &slots, &inner);
         self.audit(&audits);
-        let risen = [self.hidden.has_risen(), self.audits.have_risen()];
-        if risen.contains(&true) {
+        if self.hidden.has_risen() {
             let leaves = self.all_visible_leaves();
             leaves.into_iter().for_each(|leaf| self.enqueue_split(leaf));
         }
@@ -186,10 +190,7 @@ impl Engine {
                 let node = &self.cache.topology.nodes[id.0];
                 (node.child.is_none() && node.work.version == version).then(|| self.judge().inner_key(id))
             }
-            Task::Audit(id) => {
-                let node = &self.cache.topology.nodes[id.0];
-                (node.child.is_none() && node.work.version == version).then(|| self.judge().audit_key(id))
-            }
+            Task::Audit(_) => None,
             Task::Settle(id) | Task::Double(id) => {
                 let current = self.cache.vertices[id.0].progress.version == version;
                 current.then(|| self.judge().vertex_key(id, self.rays_of(task)))
@@ -374,10 +375,10 @@ impl Engine {
         let (version, visible) = (work.version, work.generation == self.generation);
         if visible {
             let judge = self.judge();
-            let (split, inner, audit) = (judge.split_key(id), judge.inner_key(id), judge.audit_key(id));
+            let (split, inner) = (judge.split_key(id), judge.inner_key(id));
             self.queue.push(split, Task::Split(id), version);
             self.queue.push(inner, Task::Inner(id), version);
-            self.queue.push(audit, Task::Audit(id), version);
+            self.enqueue_audit(id);
         }
     }
 
