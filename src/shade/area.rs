@@ -25,7 +25,7 @@ pub struct AreaSource {
     /// Groups of facets by place and direction, only where there are too many facets to weigh each.
     pub(super) clusters: Vec<Cluster>,
     /// The whole source if it is a parallelogram without a texture.
-    pub(super) panel: Option<Panel>,
+    pub(super) panel: Option<Box<Panel>>,
     pub(super) both_sides: bool,
     /// Area-mean radiance.
     radiance: Vec3,
@@ -70,7 +70,7 @@ impl AreaSource {
         let facets = Facets::new(facets);
         Self {
             distant: Distant::new(&outlines, centre, radius),
-            panel: if textured { None } else { Panel::new(&outlines) },
+            panel: if textured { None } else { Panel::new(&outlines).map(Box::new) },
             outlines,
             silhouette,
             shown: if both_sides { 1.0 } else { shown_share(&facets) },

@@ -142,6 +142,6 @@ impl AreaSource {
     }
 
     fn panel_from(&self, x: Vec3) -> Option<&Panel> {
-        self.panel.as_ref().filter(|panel| panel.middle.distance_squared(x) > panel.near_squared)
+        self.panel.as_deref().filter(|panel| panel.middle.distance_squared(x) > panel.near_squared)
     }
 }
