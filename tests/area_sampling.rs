@@ -110,6 +110,9 @@ fn samples_are_unbiased_against_the_closed_form() {
         lamp(Vec3::new(0.3, 0.5, 0.0), Vec3::X * 5e-4, Vec3::Z * 1e-3, 1),
         both,
         sphere(Vec3::new(0.2, 0.9, 0.1), 0.5, 3),
+        // Seen in part, and cut by the horizon of some normal, from both sides of where its corners say enough.
+        lamp(Vec3::new(0.3, -0.4, -0.5), Vec3::new(0.0, 0.2, 1.0), Vec3::new(0.1, 0.9, 0.0), 1),
+        lamp(Vec3::new(0.9, -0.4, -0.5), Vec3::new(0.0, 0.2, 1.0), Vec3::new(0.7, 0.9, 0.0), 1),
     ];
     for (k, scene) in scenes.iter().enumerate() {
         let source = area(scene);
@@ -118,6 +121,8 @@ fn samples_are_unbiased_against_the_closed_form() {
             let expected = f64::from(form.irradiance(normal).x);
             let found = mean(20_000, |u| red(sampler.sample(scene, u), normal));
             assert!(agree(found, (expected, 0.0)), "{k} {normal}: {found:?} {expected}");
+            let found = mean(20_000, |u| red(source.sample_for(scene, (Vec3::ZERO, normal), u), normal));
+            assert!(agree(found, (expected, 0.0)), "{k} {normal}, for the surface: {found:?} {expected}");
             // By area too, which is what there was before.
             let found = mean(20_000, |u| red(source.sample(scene, Vec3::ZERO, u), normal));
             assert!(agree(found, (expected, 0.0)), "{k} {normal}, by area: {found:?} {expected}");
@@ -332,7 +337,36 @@ fn the_density_of_a_sample_is_the_inverse_of_its_measure() {
             samples += 1;
         }
         assert!(samples > 500, "scene {k}");
+        for normal in NORMALS {
+            let surface = (Vec3::new(0.01, 0.02, -0.03), normal);
+            for i in 0..2000 {
+                let Some(arrival) = source.sample_for(scene, surface, random(5, i)) else { continue };
+                let product = source.density_for(surface, arrival.direction * arrival.distance) * arrival.measure;
+                assert!((product - 1.0).abs() < 1e-3, "scene {k}, sample {i} for {normal}: {product}");
+            }
+        }
     }
+}
+
+/// A parallelogram is sampled nearly in proportion to what a surface gets from each point, also where solid angles are not.
+#[test]
+fn a_panel_is_sampled_by_what_the_surface_gets() {
+    let scene = lamp(Vec3::new(1.5, -0.2, -0.5), Vec3::Z, Vec3::Y * 1.2, 1);
+    let source = area(&scene);
+    // The lamp hangs on a wall and goes down to below the floor's horizon.
+    let form = f64::from(source.closed_form(Vec3::ZERO).unwrap().irradiance(Vec3::Y).x);
+    let n = 20_000;
+    let deviation = |(found, error): (f64, f64)| {
+        assert!(agree((found, error), (form, 0.0)), "{found} ± {error}, {form}");
+        error * (n as f64).sqrt() / found
+    };
+    let for_surface = deviation(mean(n, |u| red(source.sample_for(&scene, (Vec3::ZERO, Vec3::Y), u), Vec3::Y)));
+    let by_angle = deviation(mean(n, |u| red(source.at(Vec3::ZERO).sample(&scene, u), Vec3::Y)));
+    assert!(for_surface < 0.4 && for_surface < 0.6 * by_angle, "{for_surface} {by_angle}");
+    assert_eq!(source.sample_for(&scene, (Vec3::ZERO, Vec3::NEG_X), [0.5; 2]), None, "nothing from behind");
+    let behind = (Vec3::X * 4.0, Vec3::NEG_X);
+    assert_eq!(source.sample_for(&scene, behind, [0.5; 2]), None, "nothing from its back");
+    assert!((0..50).all(|i| source.density_for(behind, Vec3::new(-2.5, 0.0, random(1, i)[0] - 0.5)) == 0.0));
 }
 
 #[test]

@@ -58,7 +58,7 @@ impl DiffusePoint {
         let Some(light) = chosen.or_else(|| bounds.iter().rposition(|&b| b > 0.0)) else { return Vec3::ZERO };
         let arrival = match &sources[light] {
             Source::Delta(kind) => delta_arrival(kind, self.origin),
-            Source::Area(area) => area.at(self.origin).sample(world.scene, [u, v]),
+            Source::Area(area) => area.sample_for(world.scene, (self.origin, self.normal), [u, v]),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
         let value = arrival.facing * factor(light) * self.normal.dot(arrival.direction).max(0.0);

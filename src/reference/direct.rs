@@ -12,19 +12,19 @@ use glam::Vec3;
 const SAMPLE_ALL: usize = 4;
 
 impl Tracer<'_> {
-    /// One sample of the direct light reflected at a surface; what [`Self::chance`] refers to from then on.
-    pub(super) fn direct(&mut self, surface: &Surface, random: &Random) -> Vec3 {
+    /// One sample of the direct light reflected at a surface, of the first light or the one picked at `point` of it; what
+    /// [`Self::chance`] refers to from then on.
+    pub(super) fn direct(&mut self, surface: &Surface, random: &Random, point: [f32; 2]) -> Vec3 {
         let world = self.world;
         let sources = &world.lights.sources;
         if sources.len() <= SAMPLE_ALL {
-            return (0..sources.len()).map(|light| self.light_of(surface, light, random.light(light as u32))).sum();
+            let point_of = |light: usize| if light == 0 { point } else { random.other_light(light as u32) };
+            return (0..sources.len()).map(|light| self.light_of(surface, light, point_of(light))).sum();
         }
         self.bounds.clear();
         self.bounds.extend(sources.iter().map(|s| s.bound(surface.origin, surface.normal)));
         self.total_bound = self.bounds.iter().sum();
-        // One point of the sequence chooses the light and the point of it.
-        let point = random.light(0);
-        let mut target = point[2] * self.total_bound;
+        let mut target = random.pick() * self.total_bound;
         let chosen = self.bounds.iter().position(|&bound| {
             let found = bound > 0.0 && target < bound;
             target -= bound;
@@ -45,13 +45,13 @@ impl Tracer<'_> {
     }
 
     /// One sample of one light.
-    fn light_of(&mut self, surface: &Surface, light: usize, [u, v, ..]: [f32; 4]) -> Vec3 {
+    fn light_of(&mut self, surface: &Surface, light: usize, point: [f32; 2]) -> Vec3 {
         let world = self.world;
         let both = self.settings.transport != Transport::Direct;
         let arrival = match &world.lights.sources[light] {
             Source::Delta(kind) => delta_arrival(kind, surface.origin),
             Source::Area(_) if both && self.settings.strategy == Strategy::Reflection => None,
-            Source::Area(area) => area.at(surface.origin).sample(world.scene, [u, v]),
+            Source::Area(area) => area.sample_for(world.scene, (surface.origin, surface.normal), point),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
         let response = surface.response(arrival.direction);
@@ -73,7 +73,7 @@ impl Tracer<'_> {
         match (self.settings.strategy, &lights.sources[light]) {
             (Strategy::Lights, _) => 0.0,
             (Strategy::Both, Source::Area(area)) => {
-                share(density, self.chance(light) * area.at(surface.origin).density(offset))
+                share(density, self.chance(light) * area.density_for((surface.origin, surface.normal), offset))
             }
             _ => 1.0,
         }

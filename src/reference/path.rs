@@ -8,6 +8,7 @@ use crate::scene::camera::View;
 use crate::scene::footprint::Footprint;
 use crate::shade::world::World;
 use glam::{Vec2, Vec3};
+use std::cell::OnceCell;
 
 /// Bounces that every path makes before Russian roulette may end it.
 const SURE_BOUNCES: u32 = 3;
@@ -53,13 +54,15 @@ pub struct Tracer<'a> {
 pub struct Random {
     sequence: Sequence,
     index: u32,
+    /// [`Self::choices`], once they are asked for.
+    choices: OnceCell<[f32; 4]>,
 }
 
 impl Random {
     /// Those of the point after `bounces` on path `index` of the pixel of this seed.
     fn new(seed: u64, bounces: u32, index: u32) -> Self {
         let seed = if bounces == 0 { seed } else { combine(seed, bounces.into()) };
-        Self { sequence: Sequence::new(seed), index }
+        Self { sequence: Sequence::new(seed), index, choices: OnceCell::new() }
     }
 
     fn within_pixel(&self) -> Vec2 {
@@ -67,14 +70,34 @@ impl Random {
         Vec2::new(u, v)
     }
 
-    /// Chooses a point of the light sampled `k`-th, k < 4 (two), and which light that is (one).
-    pub(super) fn light(&self, k: u32) -> [f32; 4] {
-        self.sequence.point_of_set(self.index, 1 + k)
+    /// Chooses a point of the first light (two) and a direction (two): all that most points of a path need.
+    fn light_and_direction(&self) -> [f32; 4] {
+        self.sequence.point_of_set(self.index, 1)
     }
 
-    /// Chooses a direction (three) and whether the path goes on.
-    fn bounce(&self) -> [f32; 4] {
-        self.sequence.point_of_set(self.index, 5)
+    /// Chooses a point of the light sampled `k`-th, 1 ≤ k < 4.
+    pub(super) fn other_light(&self, k: u32) -> [f32; 2] {
+        let [u, v, ..] = self.sequence.point_of_set(self.index, 2 + k);
+        [u, v]
+    }
+
+    /// Chooses one light of many.
+    pub(super) fn pick(&self) -> f32 {
+        self.choices()[0]
+    }
+
+    /// Chooses a lobe.
+    fn lobe(&self) -> f32 {
+        self.choices()[1]
+    }
+
+    /// Chooses whether the path goes on.
+    fn survives(&self) -> f32 {
+        self.choices()[2]
+    }
+
+    fn choices(&self) -> &[f32; 4] {
+        self.choices.get_or_init(|| self.sequence.point_of_set(self.index, 2))
     }
 }
 
@@ -133,21 +156,23 @@ impl<'a> Tracer<'a> {
         let (mut sum, mut throughput) = (Vec3::ZERO, Vec3::ONE);
         for bounces in 0.. {
             let random = Random::new(seed, bounces, index);
-            sum += throughput * self.direct(&surface, &random);
+            let [s, t, u, v] = random.light_and_direction();
+            sum += throughput * self.direct(&surface, &random, [s, t]);
             if self.settings.transport == Transport::Direct {
                 break;
             }
-            let [u, v, choice, survives] = random.bounce();
-            let Some(bounce) = surface.bounce([u, v, choice]) else { break };
+            let Some(bounce) = surface.bounce([u, v], || random.lobe()) else { break };
             let Some(hit) = self.closest(&bounce.ray) else { break };
             let next = self.surface_beyond(&bounce.ray, &hit);
             sum += throughput * bounce.of_source * self.emitted(&surface, &bounce, &hit, next.point - surface.origin);
             throughput *= bounce.of_beyond;
             let survival = survival(throughput, bounces);
-            if survives >= survival {
-                break;
+            if survival < 1.0 {
+                if random.survives() >= survival {
+                    break;
+                }
+                throughput /= survival;
             }
-            throughput /= survival;
             surface = next;
         }
         sum

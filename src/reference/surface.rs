@@ -106,10 +106,11 @@ impl Surface {
         (1.0 - self.glossy) * response.cosine / PI + self.glossy * drawn_lobe
     }
 
-    /// Draws a direction by `u` ∈ [0, 1)³: by the cosine, or by the lobe about the mirrored eye. `None` where it points into
-    /// the surface: below the facet, or where nothing is reflected.
-    pub fn bounce(&self, [u, v, choice]: [f32; 3]) -> Option<Bounce> {
-        let direction = if choice < self.glossy {
+    /// Draws a direction by `u` ∈ [0, 1)²: by the cosine, or by the lobe about the mirrored eye, as `choice` ∈ [0, 1) says, which
+    /// is asked for only where there is a choice. `None` where it points into the surface: below the facet, or where nothing is
+    /// reflected.
+    pub fn bounce(&self, [u, v]: [f32; 2], choice: impl Fn() -> f32) -> Option<Bounce> {
+        let direction = if self.glossy > 0.0 && choice() < self.glossy {
             let mirrored = 2.0 * self.normal.dot(self.to_eye) * self.normal - self.to_eye;
             around(mirrored, u.powf((self.shininess + 1.0).recip()), v)
         } else {
@@ -139,5 +140,5 @@ fn around(axis: Vec3, cosine: f32, turn: f32) -> Vec3 {
     let (x, y) = axis.any_orthonormal_pair();
     let (sin, cos) = (turn * TAU).sin_cos();
     let radius = (1.0 - cosine * cosine).max(0.0).sqrt();
-    (x * (radius * cos) + y * (radius * sin) + axis * cosine).normalize()
+    x * (radius * cos) + y * (radius * sin) + axis * cosine
 }

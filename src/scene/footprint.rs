@@ -22,6 +22,9 @@ impl Footprint {
     /// runs along the plane.
     #[must_use]
     pub fn of_pixel(scene: &Scene, view: &View, triangle: TriangleId, pixel: Vec2, width: f32) -> Self {
+        if width == 0.0 {
+            return Self::POINT;
+        }
         let corners = scene.corners(triangle);
         let at = |offset: Vec2| barycentrics(corners, view.eye, view.direction(pixel + offset));
         let centre = at(Vec2::ZERO);

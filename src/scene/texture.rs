@@ -63,14 +63,8 @@ impl Texture {
         &self.texels
     }
 
-    /// Bilinear, repeating look-up at level 0; `uv` in OBJ convention (v up).
-    #[must_use]
-    pub fn sample(&self, uv: Vec2) -> Vec4 {
-        bilinear(&self.texels, self.extents[0], uv)
-    }
-
-    /// Trilinear look-up of linear RGB, by the formulas of `glsl/include/texture.glsl`. The gradients are those of `uv`
-    /// across the footprint, in x and in y; one below a texel, or none, is level 0.
+    /// Trilinear, repeating look-up of linear RGB, by the formulas of `glsl/include/texture.glsl`; `uv` in OBJ convention (v up).
+    /// The gradients are those of `uv` across the footprint, in x and in y; one below a texel, or none, is level 0.
     #[must_use]
     pub fn sample_filtered(&self, uv: Vec2, d_dx: Vec2, d_dy: Vec2) -> Vec3 {
         let [width, height] = self.extents[0];
@@ -87,7 +81,7 @@ impl Texture {
     fn sample_level(&self, level: usize, uv: Vec2) -> Vec3 {
         let texels = |&[w, h]: &[u32; 2]| w as usize * h as usize;
         let first: usize = self.extents[..level].iter().map(texels).sum();
-        bilinear(&self.texels[first..], self.extents[level], uv).truncate()
+        bilinear(&self.texels[first..], self.extents[level], uv, colour).truncate()
     }
 
     /// Mean linear RGB over all texels of level 0.
@@ -105,16 +99,16 @@ impl Texture {
         rows.map(|row| sum(row) / width as f32).sum::<Vec3>() / height as f32
     }
 
-    /// Linear RGB at `uv`.
+    /// Linear RGB at `uv`, bilinear at level 0.
     #[must_use]
     pub fn rgb(&self, uv: Vec2) -> Vec3 {
-        self.sample(uv).truncate()
+        self.sample_level(0, uv)
     }
 
-    /// Mask value at `uv`.
+    /// Mask value at `uv`, bilinear at level 0.
     #[must_use]
     pub fn alpha(&self, uv: Vec2) -> f32 {
-        self.sample(uv).w
+        bilinear(&self.texels, self.extents[0], uv, |texel| Vec4::splat(mask(texel))).x
     }
 }
 
@@ -130,23 +124,45 @@ fn wrap(i: i64, count: u32) -> usize {
     }) as usize
 }
 
-/// Bilinear, repeating look-up in one level.
-fn bilinear(texels: &[[u8; 4]], [width, height]: [u32; 2], uv: Vec2) -> Vec4 {
+/// Linear colour of a texel.
+fn colour([r, g, b, _]: [u8; 4]) -> Vec4 {
+    let srgb: &[f32; 256] = &SRGB;
+    Vec4::new(srgb[r as usize], srgb[g as usize], srgb[b as usize], 0.0)
+}
+
+/// Mask value of a texel.
+fn mask([.., a]: [u8; 4]) -> f32 {
+    f32::from(a) / 255.0
+}
+
+/// The same as `f32::floor`, which is a call of the C library where the processor is not known to have the instruction.
+fn floor(c: f32) -> f32 {
+    /// From here on there are no fractions.
+    const WHOLE: f32 = (1 << 23) as f32;
+    if c.abs() >= WHOLE {
+        return c;
+    }
+    let truncated = c as i32 as f32;
+    if truncated > c { truncated - 1.0 } else { truncated }
+}
+
+/// Bilinear, repeating look-up in one level, of what `texel` makes of a texel.
+#[inline]
+fn bilinear(texels: &[[u8; 4]], [width, height]: [u32; 2], uv: Vec2, texel: impl Fn([u8; 4]) -> Vec4) -> Vec4 {
     // Non-finite coordinates are rejected by the loader; wrapping first keeps the integers small. The same as `rem_euclid(1.0)`, bit
     // for bit, without its division.
-    let wrapped = |c: f32| c - c.floor();
+    let wrapped = |c: f32| c - floor(c);
     let x = wrapped(uv.x) * width as f32 - 0.5;
     let y = wrapped(1.0 - uv.y) * height as f32 - 0.5;
-    let (x0, y0) = (x.floor(), y.floor());
+    let (x0, y0) = (floor(x), floor(y));
     let (fx, fy) = (x - x0, y - y0);
     let (x0, y0) = (x0 as i64, y0 as i64);
-    let srgb: &[f32; 256] = &SRGB;
-    let texel = |x: i64, y: i64| {
-        let [r, g, b, a] = texels[wrap(y, height) * width as usize + wrap(x, width)];
-        Vec4::new(srgb[r as usize], srgb[g as usize], srgb[b as usize], f32::from(a) / 255.0)
+    let columns = [wrap(x0, width), wrap(x0 + 1, width)];
+    let row = |y: i64| {
+        let row = &texels[wrap(y, height) * width as usize..];
+        texel(row[columns[0]]).lerp(texel(row[columns[1]]), fx)
     };
-    let top = texel(x0, y0).lerp(texel(x0 + 1, y0), fx);
-    let bottom = texel(x0, y0 + 1).lerp(texel(x0 + 1, y0 + 1), fx);
+    let (top, bottom) = (row(y0), row(y0 + 1));
     top.lerp(bottom, fy)
 }
 

@@ -5,6 +5,7 @@ use super::area_sampler::{Cluster, Sampler};
 use super::emission::Parts;
 use super::facets::{Facet, Facets, Outlines};
 use super::lights::Arrival;
+use super::panel::Panel;
 use super::silhouette::Silhouette;
 use crate::math::luminance;
 use crate::math::polygon::{edge_term, edges};
@@ -23,6 +24,8 @@ pub struct AreaSource {
     pub(super) facets: Facets,
     /// Groups of facets by place and direction, only where there are too many facets to weigh each.
     pub(super) clusters: Vec<Cluster>,
+    /// The whole source if it is a parallelogram without a texture.
+    pub(super) panel: Option<Box<Panel>>,
     pub(super) both_sides: bool,
     /// Area-mean radiance.
     radiance: Vec3,
@@ -67,6 +70,7 @@ impl AreaSource {
         let facets = Facets::new(facets);
         Self {
             distant: Distant::new(&outlines, centre, radius),
+            panel: if textured { None } else { Panel::new(&outlines).map(Box::new) },
             outlines,
             silhouette,
             shown: if both_sides { 1.0 } else { shown_share(&facets) },

@@ -8,6 +8,7 @@ mod emission;
 mod facets;
 pub mod highlight;
 pub mod lights;
+mod panel;
 pub mod phong;
 mod silhouette;
 pub mod world;
