@@ -6,7 +6,8 @@
 use super::dynamic::Cache;
 use super::topology::NodeId;
 use crate::estimate::visibility::Origin;
-use crate::shade::lights::{Arrival, Source, delta_arrival};
+use crate::shade::light_mesh::Emitter;
+use crate::shade::lights::Arrival;
 use crate::shade::world::{Site, World};
 use smallvec::SmallVec;
 use std::f32::consts::PI;
@@ -21,10 +22,10 @@ const GRAZING: f32 = 0.05;
 #[must_use]
 pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 3]), rays: &mut u64) -> f32 {
     let site = cache.inner_vertex(id, weights).site();
-    let strength = |(light, source): (usize, &Source)| {
-        source.strength(site.position, site.normal) * world.lights.factor(light).max_element()
+    let strength = |(light, emitter): (usize, Emitter<'_>)| {
+        emitter.strength(site.position, site.normal) * world.lights.mesh_factor(light).max_element()
     };
-    let strengths: SmallVec<[f32; 128]> = world.lights.sources.iter().enumerate().map(strength).collect();
+    let strengths: SmallVec<[f32; 128]> = world.lights.meshes().enumerate().map(strength).collect();
     let weak = WEAK * strengths.iter().sum::<f32>();
     let mut surprise = 0.0;
     for (light, &strength) in strengths.iter().enumerate().filter(|(_, strength)| **strength > weak) {
@@ -48,13 +49,9 @@ fn agreed(cache: &Cache, light: usize, id: NodeId) -> Option<bool> {
     agree.then_some(first == 1.0)
 }
 
-/// The light that a ray is traced for: a random point of an area light.
+/// The light that a ray is traced for: a random point of an area light or a group.
 fn arrival(world: &World<'_>, light: usize, site: &Site) -> Option<Arrival> {
-    match &world.lights.sources[light] {
-        Source::Delta(kind) => delta_arrival(kind, site.position),
-        Source::Area(area) => {
-            let [u, v, ..] = world.sequence(site, light as u32).point(0);
-            area.at(site.position).sample(world.scene, [u, v])
-        }
-    }
+    let (sequence, points) = world.points(site, light);
+    let [u, v, ..] = sequence.point(0);
+    points.sample(world.scene, [u, v])
 }

@@ -12,6 +12,7 @@ pub mod layer;
 pub mod luminance;
 pub mod middle;
 pub mod pool;
+pub mod remix;
 pub mod topology;
 pub mod vertex;
 pub mod weld;

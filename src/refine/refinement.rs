@@ -280,12 +280,12 @@ impl Engine {
                     continue;
                 }
                 // One that is off may wait.
-                if !self.lights.is_on(light as usize) {
+                if !self.lights.mesh_is_on(light as usize) {
                     continue;
                 }
-                let source = &self.lights.sources[light as usize];
+                let emitter = self.lights.mesh(light as usize);
                 for &vertex in &corners {
-                    let open = direct::is_unconfirmed(source, known(vertex)) && self.can_light(vertex, light);
+                    let open = direct::is_unconfirmed(emitter, known(vertex)) && self.can_light(vertex, light);
                     if open && found.insert((vertex, light)) {
                         jobs.push(Job { vertex, wanted: Wanted::Confirm { light } });
                     }
@@ -298,8 +298,8 @@ impl Engine {
     /// Whether a light can reach any normal of a vertex at all.
     fn can_light(&self, vertex: VertexId, light: u32) -> bool {
         let position = self.cache.vertices[vertex.0].position;
-        let source = &self.lights.sources[light as usize];
-        self.cache.slots_of(vertex).any(|slot| source.bound(position, self.cache.slots[slot.0].normal) > 0.0)
+        let emitter = self.lights.mesh(light as usize);
+        self.cache.slots_of(vertex).any(|slot| emitter.bound(position, self.cache.slots[slot.0].normal) > 0.0)
     }
 
     /// Surpluses of the split leaves, shares of their children, and new keys for everything around what changed.
@@ -384,8 +384,8 @@ impl Engine {
 
     /// Rays that a vertex's task would take.
     fn rays_of(&self, task: Task) -> f32 {
-        let lights = self.lights.sources.iter().zip(&self.cache.layers).enumerate();
-        let lit = lights.filter(|(light, _)| self.lights.is_on(*light));
+        let lights = self.lights.meshes().zip(&self.cache.layers).enumerate();
+        let lit = lights.filter(|(light, _)| self.lights.mesh_is_on(*light));
         let known = |v: VertexId| lit.map(move |(_, (s, l))| (s, l.visibility.get(v.0)));
         let rays: u32 = match task {
             Task::Split(_) | Task::Inner(_) | Task::Gather(_) | Task::Refine(_) => 0,
