@@ -174,6 +174,11 @@ fn penumbra_points(strength: f32, all: f32) -> u32 {
     if strength > STRONG * all { STRONG_POINTS } else { PENUMBRA_POINTS }
 }
 
+/// Points that are no fewer and give each member of a group as many turns; those that tell all, if there are such.
+fn in_turns(light: Emitter<'_>, points: u32) -> u32 {
+    light.all_points().unwrap_or_else(|| points.next_multiple_of(light.count()))
+}
+
 /// Guess for a faint light where nothing is known: half visible errs by half at most.
 const UNKNOWN_FRACTION: f32 = 0.5;
 
@@ -204,16 +209,16 @@ fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), penumb
     let emitter = world.lights.mesh(light as usize);
     if !emitter.is_delta() {
         let mut round = Round::new(world, cache, (id, light), Visibility::default(), out);
-        round.trace(FIRST_POINTS, out);
+        round.trace(FIRST_POINTS.min(emitter.all_points().unwrap_or(u32::MAX)), out);
         if round.is_penumbra() {
-            round.trace(penumbra, out);
+            round.trace(in_turns(emitter, penumbra), out);
         }
         return round.finish(out);
     }
     let vertex = &cache.vertices[id.0];
     let site = vertex.site();
     let mut visibility = Visibility::default();
-    let visible = emitter.at(vertex.position, site.normal).sample(world.scene, [0.0; 2]).is_some_and(|arrival| {
+    let visible = world.points(&site, light as usize).sample(world.scene, 0).is_some_and(|arrival| {
         out.rays += 1;
         world.visible(&site, &arrival)
     });
@@ -227,20 +232,21 @@ fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), penumb
 pub fn is_unconfirmed(light: Emitter<'_>, known: Visibility) -> bool {
     match known.origin {
         Origin::Inferred => true,
-        Origin::Sampled => !light.is_delta() && known.points < PENUMBRA_POINTS,
+        Origin::Sampled => known.points < in_turns(light, PENUMBRA_POINTS),
         Origin::Deferred | Origin::Unknown => false,
     }
 }
 
 /// Traces a light with enough points for a penumbra.
 fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
-    if world.lights.mesh(light as usize).is_delta() {
+    let emitter = world.lights.mesh(light as usize);
+    if emitter.is_delta() {
         return sample(world, cache, (id, light), PENUMBRA_POINTS, out);
     }
     let points = if is_strong(world, cache, (id, light)) { STRONG_POINTS } else { PENUMBRA_POINTS };
     let known = cache.layers[light as usize].visibility.get(id.0);
     let mut round = Round::new(world, cache, (id, light), known, out);
-    round.trace(points, out);
+    round.trace(in_turns(emitter, points), out);
     round.finish(out);
 }
 
@@ -259,11 +265,11 @@ fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
 /// Whether more points of a light would tell more: in its penumbra, and everywhere if it has no closed form.
 #[must_use]
 pub fn is_doubled(light: Emitter<'_>, known: Visibility) -> bool {
-    if light.is_delta() {
+    if light.all_points().is_some() {
         return false;
     }
     // Where neighbours agree, few points were taken and none are needed.
-    let penumbra = known.points >= PENUMBRA_POINTS;
+    let penumbra = known.points >= in_turns(light, PENUMBRA_POINTS);
     let sampled = known.points > 0 && known.fraction() > 0.0 && !light.has_closed_form();
     (penumbra || sampled) && known.points < MAX_POINTS
 }
@@ -296,10 +302,9 @@ impl<'a> Round<'a> {
     /// Adds points until there are `until`.
     fn trace(&mut self, until: u32, out: &mut Results) {
         let site = self.cache.vertices[self.id.0].site();
-        let (sequence, points) = self.world.points(&site, self.light as usize);
+        let points = self.world.points(&site, self.light as usize);
         while self.visibility.points < until {
-            let [u, v, ..] = sequence.point(self.visibility.points);
-            let arrival = points.sample(self.world.scene, [u, v]);
+            let arrival = points.sample(self.world.scene, self.visibility.points);
             let lit = arrival
                 .filter(|a| self.cache.slots_of(self.id).any(|s| self.cache.slots[s.0].normal.dot(a.direction) > 0.0));
             // Points that no normal faces carry no weight; as visible ones they do not pretend a penumbra.

@@ -118,11 +118,26 @@ impl Sum {
 
 /// Variance of a light at a slot over the square of what is unoccluded.
 fn spread(emitter: Emitter<'_>, visibility: Visibility) -> f32 {
-    let mut spread = fraction_variance(visibility, visibility.fraction());
+    let mut spread = match (visibility.origin, emitter) {
+        (Origin::Sampled, Emitter::Group(_)) => group_variance(emitter, visibility),
+        _ => fraction_variance(visibility, visibility.fraction()),
+    };
     if visibility.points > 0 && !emitter.has_closed_form() {
         spread += SAMPLED / visibility.points as f32;
     }
     spread
+}
+
+/// Variance of the visible fraction of a group. Where each member has had its turns, only what differs from turn to turn is noise.
+fn group_variance(group: Emitter<'_>, visibility: Visibility) -> f32 {
+    let (count, points) = (group.count(), visibility.points);
+    if group.all_points().is_some_and(|all| points >= all) {
+        return 0.0;
+    }
+    match visibility.change_after(count).filter(|_| points >= REMEMBERED) {
+        Some(change) => change * 0.5 * STRATIFIED / points as f32,
+        None => fraction_variance(visibility, visibility.fraction()),
+    }
 }
 
 /// Variance of a visible fraction.
@@ -214,7 +229,9 @@ impl Place<'_> {
         }
         let full = all.irradiance;
         let fraction = samples.visibility.fraction();
-        let irradiance = samples.of_closed_form(full).unwrap_or(full * fraction);
+        // A few points have the colours of a few members.
+        let sampled = samples.of_closed_form(full).filter(|_| fraction < 1.0);
+        let irradiance = sampled.unwrap_or(full * fraction);
         let shines = fraction > 0.0 && all.specular != Vec3::ZERO;
         let specular = if shines { all.specular * self.lobe_visibility(samples) } else { Vec3::ZERO };
         Part { irradiance, unoccluded: full, specular }
@@ -271,11 +288,10 @@ impl Place<'_> {
             return fraction;
         }
         let Receiver { normal, to_eye, shininess, .. } = self.receiver;
-        let (sequence, points) = self.world.points(&self.vertex.site(), light);
+        let points = self.world.points(&self.vertex.site(), light);
         let (mut seen, mut all) = (0.0, 0.0);
         for (index, visible) in visibility.remembered() {
-            let [u, v, ..] = sequence.point(index);
-            if let Some(a) = points.sample(self.world.scene, [u, v]) {
+            if let Some(a) = points.sample(self.world.scene, index) {
                 let cosine = normal.dot(a.direction).max(0.0);
                 let weight = luminance(a.facing) * cosine * lobe(shininess, normal, a.direction, to_eye);
                 all += weight;

@@ -51,7 +51,5 @@ fn agreed(cache: &Cache, light: usize, id: NodeId) -> Option<bool> {
 
 /// The light that a ray is traced for: a random point of an area light or a group.
 fn arrival(world: &World<'_>, light: usize, site: &Site) -> Option<Arrival> {
-    let (sequence, points) = world.points(site, light);
-    let [u, v, ..] = sequence.point(0);
-    points.sample(world.scene, [u, v])
+    world.points(site, light).sample(world.scene, 0)
 }

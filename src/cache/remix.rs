@@ -42,10 +42,9 @@ fn none(cache: &Cache, vertex: VertexId) -> Sums {
 /// The sums over remembered points.
 fn sums_anew(world: &World<'_>, cache: &Cache, (vertex, light): (VertexId, usize), known: Visibility) -> Sums {
     let mut sums = none(cache, vertex);
-    let (sequence, points) = world.points(&cache.vertices[vertex.0].site(), light);
+    let points = world.points(&cache.vertices[vertex.0].site(), light);
     for (index, visible) in known.remembered() {
-        let [u, v, ..] = sequence.point(index);
-        if let Some(arrival) = points.sample(world.scene, [u, v]) {
+        if let Some(arrival) = points.sample(world.scene, index) {
             weigh(cache, &arrival, visible, &mut sums);
         }
     }

@@ -266,33 +266,37 @@ impl Engine {
 
     /// Values inferred or hardly traced, at corners of nodes whose other corners disagree with them.
     fn contradictions(&self, nodes: &[NodeId]) -> Vec<Job> {
-        let mut found = FxHashSet::default();
-        let mut jobs = Vec::new();
-        for &node in nodes {
-            if self.cache.topology.nodes[node.0].child.is_some() {
+        let of_chunk = |chunk: &[NodeId]| {
+            let mut found = Vec::new();
+            chunk.iter().for_each(|&node| self.contradictions_of(node, &mut found));
+            found
+        };
+        let mut taken = FxHashSet::default();
+        let found = self.workers.map_chunks(nodes, of_chunk).into_iter().flatten();
+        let first = found.filter(|&open| taken.insert(open));
+        first.map(|(vertex, light)| Job { vertex, wanted: Wanted::Confirm { light } }).collect()
+    }
+
+    /// The same of one node, as vertices and lights.
+    fn contradictions_of(&self, node: NodeId, found: &mut Vec<(VertexId, u32)>) {
+        if self.cache.topology.nodes[node.0].child.is_some() {
+            return;
+        }
+        let corners = self.cache.drawn_vertices(node);
+        for (light, layer) in (0_u32..).zip(&self.cache.layers) {
+            let known = |v: VertexId| layer.visibility.get(v.0);
+            let first = known(corners[0]).fraction();
+            // One that is off may wait.
+            if corners.iter().all(|&v| known(v).fraction() == first) || !self.lights.mesh_is_on(light as usize) {
                 continue;
             }
-            let corners = self.cache.drawn_vertices(node);
-            for (light, layer) in (0_u32..).zip(&self.cache.layers) {
-                let known = |v: VertexId| layer.visibility.get(v.0);
-                let first = known(corners[0]).fraction();
-                if corners.iter().all(|&v| known(v).fraction() == first) {
-                    continue;
-                }
-                // One that is off may wait.
-                if !self.lights.mesh_is_on(light as usize) {
-                    continue;
-                }
-                let emitter = self.lights.mesh(light as usize);
-                for &vertex in &corners {
-                    let open = direct::is_unconfirmed(emitter, known(vertex)) && self.can_light(vertex, light);
-                    if open && found.insert((vertex, light)) {
-                        jobs.push(Job { vertex, wanted: Wanted::Confirm { light } });
-                    }
+            let emitter = self.lights.mesh(light as usize);
+            for &vertex in &corners {
+                if direct::is_unconfirmed(emitter, known(vertex)) && self.can_light(vertex, light) {
+                    found.push((vertex, light));
                 }
             }
         }
-        jobs
     }
 
     /// Whether a light can reach any normal of a vertex at all.

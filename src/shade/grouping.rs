@@ -18,25 +18,30 @@ pub struct Candidate {
     pub radius: f64,
     /// Luminance of what it sends in all directions, W.
     pub power: f64,
+    /// Whether one ray tells all about it: such lights are kept apart from the others, since few rays tell all about a group of them.
+    pub is_delta: bool,
 }
 
 /// Lights above which cuts that leave less than [`SMALLEST_SHARE`] on a side are not considered, so that no scene takes long.
 const MANY: usize = 4096;
 const SMALLEST_SHARE: usize = 16;
 
-/// Divides lights into `parts` groups (fewer if there are not so many), each a list of indices in ascending order, ordered by
-/// their first.
+/// Divides lights into `parts` groups (fewer if there are not so many; one of each kind at least), each a list of indices in
+/// ascending order, ordered by their first.
 #[must_use]
 pub fn divide(lights: &[Candidate], parts: usize) -> Vec<Vec<usize>> {
     let mut done: Vec<Vec<usize>> = Vec::new();
     let mut open = BinaryHeap::new();
-    let offer =
-        |part: Vec<usize>, done: &mut Vec<Vec<usize>>, open: &mut BinaryHeap<Cut>| match Cut::best(lights, part) {
-            Ok(cut) => open.push(cut),
-            Err(single) => done.push(single),
-        };
-    if !lights.is_empty() {
-        offer((0..lights.len()).collect(), &mut done, &mut open);
+    let offer = |part: Vec<usize>, done: &mut Vec<Vec<usize>>, open: &mut BinaryHeap<Cut>| match Cut::best(lights, part)
+    {
+        Ok(cut) => open.push(cut),
+        Err(single) => done.push(single),
+    };
+    let (deltas, others): (Vec<usize>, Vec<usize>) = (0..lights.len()).partition(|&i| lights[i].is_delta);
+    for part in [deltas, others] {
+        if !part.is_empty() {
+            offer(part, &mut done, &mut open);
+        }
     }
     while done.len() + open.len() < parts {
         let Some(Cut { mut part, at, .. }) = open.pop() else { break };
@@ -154,7 +159,7 @@ mod tests {
     use crate::math::sequence::Sequence;
 
     fn at(position: [f64; 3], radius: f64, power: f64) -> Candidate {
-        Candidate { centre: DVec3::from(position), radius, power }
+        Candidate { centre: DVec3::from(position), radius, power, is_delta: true }
     }
 
     #[test]
@@ -192,6 +197,9 @@ mod tests {
         assert_eq!(many.len(), 6);
         assert_eq!(divide(&lights, 100).len(), lights.len());
         assert!(divide(&[], 3).is_empty());
+        // Never those of both kinds.
+        lights.iter_mut().step_by(2).for_each(|light| light.is_delta = false);
+        assert_eq!(divide(&lights, 2), [0, 1].map(|kind| (kind..lights.len()).step_by(2).collect::<Vec<_>>()));
     }
 
     #[test]

@@ -2,17 +2,16 @@
 //!
 //! What a group sends without occlusion is the exact sum over its members; only the fraction of it that is visible is shared:
 //! E = E_closed × (Σ v g / Σ g) over points of its members, g the unoccluded contribution of a point, as for one area light
-//! (method 6). A point is that of a member drawn in proportion to about what it sends, by one of the two coordinates that choose
-//! points of an area light: points stay stratified over members and within each.
+//! (method 6). Members take turns, in an order that the vertex rotates: a whole number of turns leaves no noise but that of
+//! penumbrae of single members, none where those are points.
 
-use super::area::AreaSource;
 use super::area_sampler::Sampler;
 use super::lights::{Arrival, Source, delta_arrival};
 use crate::math::luminance;
+use crate::math::sequence::Sequence;
 use crate::scene::Scene;
 use crate::scene::light::LightKind;
 use glam::Vec3;
-use smallvec::SmallVec;
 
 /// The sources that share a light mesh.
 #[derive(Clone, Copy, Debug)]
@@ -51,8 +50,6 @@ pub struct Group {
 const FAR: f32 = 4.0;
 /// What a member that is off counts as in a group's strength: 0 is for lights that do not reach a place at all.
 const OFF: f32 = 1e-6;
-/// Cosine at least as which members are weighed that a surface does not face: some normal of the vertex may.
-const LEAST_COSINE: f32 = 0.1;
 
 impl Group {
     pub(super) fn new(sources: &[Source], members: Vec<u32>) -> Self {
@@ -170,14 +167,35 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// Prepares points as seen from `x` on a surface of about unit `normal`: the same wherever either is the same.
+    /// Number of sources.
     #[must_use]
-    pub fn at(self, x: Vec3, normal: Vec3) -> Points<'a> {
+    pub fn count(self) -> u32 {
         match self {
-            Self::Single(Source::Delta(kind)) => Points::Delta(delta_arrival(kind, x)),
-            Self::Single(Source::Area(area)) => Points::Area(area.at(x)),
-            Self::Group(members) => Points::Group(GroupPoints::new(members, x, normal)),
+            Self::Single(_) => 1,
+            Self::Group(members) => members.group.members.len() as u32,
         }
+    }
+
+    /// Number of points that tell all about its visibility, if any does.
+    #[must_use]
+    pub fn all_points(self) -> Option<u32> {
+        let is_delta = match self {
+            Self::Single(source) => matches!(source, Source::Delta(_)),
+            // Members are of one kind.
+            Self::Group(members) => matches!(members.sources[members.source(0)], Source::Delta(_)),
+        };
+        is_delta.then(|| self.count())
+    }
+
+    /// Points as seen from `x`, chosen by a sequence.
+    #[must_use]
+    pub fn points(self, x: Vec3, sequence: Sequence) -> Points<'a> {
+        let seen = match self {
+            Self::Single(Source::Delta(kind)) => Seen::Delta(delta_arrival(kind, x)),
+            Self::Single(Source::Area(area)) => Seen::Area(area.at(x)),
+            Self::Group(members) => Seen::Group(Turns::new(members, x, &sequence)),
+        };
+        Points { sequence, seen }
     }
 }
 
@@ -225,86 +243,78 @@ impl<'a> Members<'a> {
 
 /// Points of the sources of a mesh as seen from one place.
 #[derive(Clone, Debug)]
+pub struct Points<'a> {
+    sequence: Sequence,
+    seen: Seen<'a>,
+}
+
+#[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "one at a time on the stack, in the inner loop")]
-pub enum Points<'a> {
+enum Seen<'a> {
     /// A single direction, if light comes from there.
     Delta(Option<Arrival>),
-    /// Points of an area light.
     Area(Sampler<'a>),
-    /// Points of a group.
-    Group(GroupPoints<'a>),
+    Group(Turns<'a>),
 }
 
 impl Points<'_> {
-    /// The light that arrives from the point chosen by `u` ∈ [0, 1)²; `None` where none does. The mean of
-    /// `facing · max(0, n·direction)` over u is the unoccluded irradiance. Strata of u are kept.
+    /// The light that arrives from the point of an index, as if the whole mesh were there; `None` where none does. The mean of
+    /// `facing · max(0, n·direction)` over points is the unoccluded irradiance.
     #[must_use]
-    pub fn sample(&self, scene: &Scene, u: [f32; 2]) -> Option<Arrival> {
-        match self {
-            Self::Delta(arrival) => *arrival,
-            Self::Area(sampler) => sampler.sample(scene, u),
-            Self::Group(points) => points.sample(scene, u),
+    pub fn sample(&self, scene: &Scene, index: u32) -> Option<Arrival> {
+        match &self.seen {
+            Seen::Delta(arrival) => *arrival,
+            Seen::Area(sampler) => {
+                let [u, v, ..] = self.sequence.point(index);
+                sampler.sample(scene, [u, v])
+            }
+            Seen::Group(turns) => turns.sample(scene, &self.sequence, index),
         }
     }
 }
 
-/// Points of a group: members in proportion to about what they send as loaded, so that a point stays where it is when lights
+/// The members of a group one after the other. Emission plays no part in the order, so that a point stays where it is when lights
 /// change.
 #[derive(Clone, Debug)]
-pub struct GroupPoints<'a> {
+struct Turns<'a> {
     members: Members<'a>,
     x: Vec3,
-    /// Sums of the members' weights up to each.
-    until: SmallVec<[f64; 32]>,
+    first: u32,
+    step: u32,
 }
 
-impl<'a> GroupPoints<'a> {
-    fn new(members: Members<'a>, x: Vec3, normal: Vec3) -> Self {
-        let mut sum = 0.0;
-        let weights = members.sources().map(|(source, _)| weight(source, x, normal));
-        let until = weights
-            .map(|weight| {
-                sum += f64::from(weight);
-                sum
-            })
-            .collect();
-        Self { members, x, until }
+/// Members that follow each other are this share of all apart, so that a few are spread over all.
+const SPREAD: f32 = 0.618;
+
+impl<'a> Turns<'a> {
+    fn new(members: Members<'a>, x: Vec3, sequence: &Sequence) -> Self {
+        let count = members.group.members.len() as u32;
+        let [first, ..] = sequence.point(0);
+        let wanted = (SPREAD * count as f32) as u32;
+        let step = (wanted..).find(|&step| gcd(step, count) == 1).unwrap_or(1);
+        Self { members, x, first: ((first * count as f32) as u32).min(count - 1), step }
     }
 
-    fn sample(&self, scene: &Scene, [u, v]: [f32; 2]) -> Option<Arrival> {
-        let total = *self.until.last()?;
-        let target = f64::from(u) * total;
-        let at = self.until.partition_point(|&until| until <= target);
-        let before = if at > 0 { self.until[at - 1] } else { 0.0 };
-        let weight = self.until.get(at)? - before;
-        let within = (((target - before) / weight) as f32).clamp(0.0, 1.0 - f32::EPSILON);
+    fn sample(&self, scene: &Scene, sequence: &Sequence, index: u32) -> Option<Arrival> {
+        let count = self.members.group.members.len();
+        let at = (self.first as usize + index as usize * self.step as usize) % count;
         let arrival = match &self.members.sources[self.members.source(at)] {
             Source::Delta(kind) => delta_arrival(kind, self.x)?,
-            Source::Area(area) => area.at(self.x).sample(scene, [within, v])?,
+            Source::Area(area) => {
+                let [u, v, ..] = sequence.point_of_set(index / count as u32, 1 + at as u32);
+                area.at(self.x).sample(scene, [u, v])?
+            }
         };
-        let inverse_chance = (total / weight) as f32;
-        let times = self.members.group.factors[at] * inverse_chance;
+        let times = self.members.group.factors[at] * count as f32;
         Some(Arrival {
             facing: arrival.facing * times,
             mean_facing: arrival.mean_facing * times,
-            measure: arrival.measure * inverse_chance,
+            measure: arrival.measure * count as f32,
             ..arrival
         })
     }
 }
 
-/// About what a source sends to any normal of a vertex of mean normal `normal`; 0 only where no light arrives.
-fn weight(source: &Source, x: Vec3, normal: Vec3) -> f32 {
-    match source {
-        Source::Delta(kind) => {
-            delta_arrival(kind, x).map_or(0.0, |a| luminance(a.facing) * a.direction.dot(normal).max(LEAST_COSINE))
-        }
-        Source::Area(area) => area_weight(area, x, normal),
-    }
-}
-
-fn area_weight(area: &AreaSource, x: Vec3, normal: Vec3) -> f32 {
-    let (centre, _) = area.sphere();
-    let towards = (centre - x).normalize_or(normal);
-    area.strength(x, towards) * towards.dot(normal).max(LEAST_COSINE)
+const fn gcd(a: u32, b: u32) -> u32 {
+    if b == 0 { a } else { gcd(b, a % b) }
 }

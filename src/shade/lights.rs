@@ -231,7 +231,8 @@ fn meshes(sources: &[Source], powers: &[Vec3], max_meshes: usize) -> Vec<LightMe
     let candidate = |&i: &u32| {
         let (centre, radius) = sphere(&sources[i as usize]).unwrap_or((Vec3::ZERO, 0.0));
         let power = f64::from(luminance(powers[i as usize]));
-        Candidate { centre: centre.as_dvec3(), radius: f64::from(radius), power }
+        let is_delta = matches!(&sources[i as usize], Source::Delta(_));
+        Candidate { centre: centre.as_dvec3(), radius: f64::from(radius), power, is_delta }
     };
     let candidates: Vec<Candidate> = open.iter().map(candidate).collect();
     let parts = divide(&candidates, max_meshes.saturating_sub(single.len()).max(1));

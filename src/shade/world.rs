@@ -65,11 +65,11 @@ impl<'a> World<'a> {
         Self { scene, bvh, lights, seed, contact: diagonal * CONTACT }
     }
 
-    /// The points of a light mesh at a vertex: the sequence that chooses them, and what they are chosen from.
+    /// The points of a light mesh as seen from a vertex.
     #[must_use]
-    pub fn points(&self, site: &Site, mesh: usize) -> (Sequence, Points<'a>) {
+    pub fn points(&self, site: &Site, mesh: usize) -> Points<'a> {
         let name = self.lights.sources_of_mesh(mesh)[0];
-        (self.sequence(site, name), self.lights.mesh(mesh).at(site.position, site.normal))
+        self.lights.mesh(mesh).points(site.position, self.sequence(site, name))
     }
 
     /// The random sequence of a vertex and a light: from their permanent names, never from a thread or a clock.
