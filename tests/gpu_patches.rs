@@ -97,7 +97,7 @@ impl Twins {
             renderer.set_view(&view, Vec2::ZERO);
             visible = renderer.visibility().unwrap();
         }
-        let update = twins.engine.set_visible(&Visible { generation: 1, eye, faces: visible });
+        let update = twins.engine.set_visible(&Visible { generation: 1, eye, view: None, faces: visible });
         twins.apply(&update);
         twins.patched.frame(&full_redraw()).unwrap();
         twins

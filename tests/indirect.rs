@@ -40,7 +40,7 @@ fn gather_light(engine: &mut Engine, faces: &[FaceId], eye: Vec3, rays: u64) -> 
     let mut faces: Vec<(FaceId, u32)> = faces.iter().map(|&f| (f, 4_000)).collect();
     faces.sort();
     let mut mirror = Mirror::default();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, faces }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, view: None, faces }));
     while !mirror.last.stats.converged && mirror.last.stats.rays < rays {
         mirror.apply(engine.step(Budget::Rays(20_000)));
         engine.counted(&drawn(&mirror));
@@ -397,7 +397,7 @@ impl Picture {
         faces.sort();
         let mut engine = engine_with(scene.clone(), 2, Options { min_pixels: 3.0, ..options });
         let mut mirror = Mirror::default();
-        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, faces }));
+        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, view: Some(view), faces }));
         while !mirror.last.stats.converged && mirror.last.stats.rays < rays {
             mirror.apply(engine.step(Budget::Rays(20_000)));
             engine.counted(&drawn(&mirror));

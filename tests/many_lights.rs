@@ -33,7 +33,7 @@ fn lamp(cluster: u32, k: u32) -> (Vec3, Vec3) {
     let [a, b, c, d] = sequence.point_of_set(cluster * LAMPS + k, 1);
     // Squares all in one plane, points below it: no lamp hides another from the floor.
     let centre = Vec3::new(x * 7.0 - 3.5, 2.2, z * 7.0 - 3.5);
-    let drop = if k % 2 == 0 { 0.02 + 0.6 * y + 0.1 * b } else { 0.0 };
+    let drop = if k.is_multiple_of(2) { 0.02 + 0.6 * y + 0.1 * b } else { 0.0 };
     let offset = Vec3::new((a - 0.5) * 0.8, -drop, (c - 0.5) * 0.8);
     (centre + offset, Vec3::new(0.4 + d, 1.0, 1.4 - d) * if k == 0 { 0.5 } else { 0.1 })
 }
@@ -59,7 +59,7 @@ fn hall(glossy: bool, plates: bool, factor: impl Fn(u32) -> Vec3) -> (Scene, Vec
     for cluster in 0..CLUSTERS {
         for k in 0..LAMPS {
             let (position, intensity) = lamp(cluster, k);
-            if k % 2 == 0 {
+            if k.is_multiple_of(2) {
                 light(&mut scene, LightKind::Point { position, intensity: intensity * factor(k) });
                 continue;
             }
@@ -106,12 +106,12 @@ fn brute_force(scene: &Scene, bvh: &Bvh, x: Vec3, factor: impl Fn(u32) -> Vec3) 
     for (cluster, k) in (0..CLUSTERS).flat_map(|c| (0..LAMPS).map(move |k| (c, k))) {
         let (position, intensity) = lamp(cluster, k);
         let intensity = intensity * factor(k);
-        let n = if k % 2 == 0 { 1 } else { N };
+        let n = if k.is_multiple_of(2) { 1 } else { N };
         for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
             let at = |i: u32| ((i as f32 + 0.5) / n as f32 - 0.5) * SIDE;
             let to = position + Vec3::new(at(i), 0.0, at(j)) * f32::from(n > 1) - x;
             let (squared, cosine) = (to.length_squared(), to.normalize().y);
-            let facing = if k % 2 == 0 { 1.0 } else { cosine };
+            let facing = if k.is_multiple_of(2) { 1.0 } else { cosine };
             if intensity != Vec3::ZERO && unoccluded(to) {
                 sum += intensity * (facing * cosine / squared / (n * n) as f32);
             }
@@ -334,7 +334,7 @@ fn threads_do_not_change_groups() {
 fn relit(engine: &mut Engine, mirror: &mut Mirror, ids: &[TriangleId], factors: &[Vec3]) {
     let faces = fronts(ids).into_iter().map(|face| (face, 1000)).collect();
     let generation = mirror.last.generation + 1;
-    mirror.apply(engine.relight(factors, &Visible { generation, eye: EYE, faces }));
+    mirror.apply(engine.relight(factors, &Visible { generation, eye: EYE, view: None, faces }));
 }
 
 /// Members that change against each other: no ray is traced at once, what is shown is nearly what it was in quality, and it

@@ -76,8 +76,20 @@ fn count(mirror: &Mirror, faces: &[FaceId], view: &View) -> Counted {
 
 /// Solves a view to the end, counting pixels after each update.
 fn solve(engine: &mut Engine, mirror: &mut Mirror, faces: &[FaceId], (view, generation): (&View, u32)) {
+    solve_known(engine, mirror, faces, (view, generation), true);
+}
+
+/// The same, where the engine knows the image or does not.
+fn solve_known(
+    engine: &mut Engine,
+    mirror: &mut Mirror,
+    faces: &[FaceId],
+    (view, generation): (&View, u32),
+    image_is_known: bool,
+) {
     let visible = faces.iter().map(|&f| (f, 1500)).collect();
-    mirror.apply(engine.set_visible(&Visible { generation, eye: view.eye, faces: visible }));
+    let image = image_is_known.then_some(*view);
+    mirror.apply(engine.set_visible(&Visible { generation, eye: view.eye, view: image, faces: visible }));
     for _ in 0..400 {
         engine.counted(&count(mirror, faces, view));
         mirror.apply(engine.step(Budget::Rays(100)));
@@ -131,6 +143,35 @@ fn shadow_edges_are_right_to_the_pixel() {
     let wrong = wrong_pixels(&mirror, &scene, &faces, &view(&scene, 0.0));
     println!("{:.2} % wrong without, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
     assert!(wrong > 0.004, "{wrong}");
+}
+
+/// The floor under a swarm of specks, each of which casts a shadow of about a pixel.
+fn speckled() -> (Scene, Vec<TriangleId>) {
+    let mut scene = Scene::default();
+    let grey = material(&mut scene, |_| {});
+    let floor = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 1, grey);
+    for i in 0..60_u8 {
+        let [x, z] = [0.618_034, 0.754_878].map(|step| (f32::from(i) * step).fract() * 1.4 - 0.7);
+        patch(&mut scene, Vec3::new(x, 0.02, z), Vec3::Z * 0.03, Vec3::X * 0.03, 1, grey);
+    }
+    light(&mut scene, LightKind::Point { position: LIGHT, intensity: Vec3::ONE });
+    (scene, floor)
+}
+
+#[test]
+fn each_pixel_is_asked_for_shadows_of_its_size() {
+    let (scene, floor) = speckled();
+    let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
+    let view = view(&scene, 0.0);
+    let [asked, unasked] = [true, false].map(|image_is_known| {
+        let mut engine = engine_with(scene.clone(), 1, counting(1));
+        let mut mirror = Mirror::default();
+        solve_known(&mut engine, &mut mirror, &faces, (&view, 1), image_is_known);
+        let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
+        println!("{:.2} % of the pixels wrong, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
+        wrong
+    });
+    assert!(asked <= 0.002 && unasked > 0.005, "{asked} {unasked}");
 }
 
 #[test]

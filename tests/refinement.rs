@@ -162,7 +162,7 @@ fn penumbra_error(priority: Priority, vertices: u64) -> (f64, u64) {
     let mut engine = engine_with(scene.clone(), 2, Options { priority, ..refine(1) });
     let mut mirror = Mirror::default();
     let faces = front(&ids).iter().map(|&f| (f, 30_000)).collect();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, faces }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, view: None, faces }));
     while !mirror.last.stats.converged && mirror.last.stats.vertices < vertices {
         mirror.apply(engine.step(Budget::Rays(500)));
         engine.counted(&drawn(&mirror));
@@ -221,10 +221,11 @@ fn a_view_that_returns_costs_no_ray() {
     let mut engine = engine_with(scene.clone(), 1, refine(2));
     let first = solve_pixels(&mut engine, &front(&ids), 8_000, Vec3::Y);
     let rays = first.last.stats.rays;
-    let away = Visible { generation: 2, eye: Vec3::X, faces: vec![(FaceId::new(ids[0], true), 100)] };
+    let away = Visible { generation: 2, eye: Vec3::X, view: None, faces: vec![(FaceId::new(ids[0], true), 100)] };
     let mut mirror = Mirror::default();
     mirror.apply(engine.set_visible(&away));
-    let back = Visible { generation: 3, eye: Vec3::Y, faces: front(&ids).iter().map(|&f| (f, 8_000)).collect() };
+    let back =
+        Visible { generation: 3, eye: Vec3::Y, view: None, faces: front(&ids).iter().map(|&f| (f, 8_000)).collect() };
     let mut mirror = Mirror::default();
     mirror.apply(engine.set_visible(&back));
     assert_eq!(mirror.last.stats.rays, rays);
@@ -286,7 +287,7 @@ fn small_batches_end_on_the_same_rung() {
         let mut engine = engine_with(scene, 1, options);
         let mut mirror = Mirror::default();
         let faces = front(&ids).iter().map(|&f| (f, 30_000)).collect();
-        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, faces }));
+        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, view: None, faces }));
         while !mirror.last.stats.converged {
             mirror.apply(engine.step(Budget::Rays(rays)));
             engine.counted(&drawn(&mirror));
@@ -371,7 +372,7 @@ fn a_waiting_engine_can_be_dropped() {
     let options = Options { min_pixels: 0.0, tolerance: 1e-6, ..refine(0) };
     let thread = EngineThread::spawn(Pace::Free, move || engine_with(scene, 1, options)).expect("thread");
     let faces = front(&ids).iter().map(|&f| (f, 1_000_000)).collect();
-    thread.set_visible(Visible { generation: 1, eye: Vec3::Y, faces });
+    thread.set_visible(Visible { generation: 1, eye: Vec3::Y, view: None, faces });
     std::thread::sleep(std::time::Duration::from_millis(600));
     let waiting = thread.drain().expect("alive").len();
     assert!((2..=65).contains(&waiting), "{waiting} updates waited");

@@ -77,6 +77,15 @@ impl Cache {
         (record.direct, record.indirect) = Default::default();
     }
 
+    /// The slot in the middle of a leaf's edge `at` that it is drawn through, if finer neighbours have put one there.
+    #[must_use]
+    pub fn hanging_slot(&self, id: NodeId, at: usize) -> Option<SlotId> {
+        let node = &self.topology.nodes[id.0];
+        let middle = self.topology.midpoint(node.edges[at])?;
+        let mut slots = node.drawn.iter().flat_map(|leaf| self.leaves[leaf.0].leaf.slots);
+        slots.find(|slot| self.slots[slot.0].vertex == middle)
+    }
+
     /// The vertex that there would be inside a leaf.
     pub(super) fn inner_vertex(&self, id: NodeId, weights: [f32; 3]) -> Vertex {
         let corners = self.corner_vertices(id).map(|v| &self.vertices[v.0]);
@@ -88,14 +97,19 @@ impl Cache {
 /// it just misses.
 #[must_use]
 pub fn weights_on_ray(corners: [Vec3; 3], eye: Vec3, direction: Vec3) -> Option<[f32; 3]> {
-    // Volumes of the ray with each edge: exact enough for slivers, and free of the plane's distance.
-    let [a, b, c] = corners.map(|p| p.as_dvec3() - eye.as_dvec3());
-    let volume = |p: DVec3, q: DVec3| direction.as_dvec3().dot(p.cross(q));
-    let volumes = [volume(b, c), volume(c, a), volume(a, b)];
+    let volumes = volumes(corners, eye, direction);
     let sum: f64 = volumes.iter().sum();
     let inside = volumes.map(|v| (v / sum).max(0.0));
     let total: f64 = inside.iter().sum();
     (total.is_finite() && total > 0.0).then(|| inside.map(|v| (v / total) as f32))
+}
+
+/// Volumes that a ray spans with the edges of a triangle, each opposite to a corner: in proportion to the barycentric weights of
+/// the point where it passes through the plane, exact enough for slivers, and free of the plane's distance.
+pub(super) fn volumes(corners: [Vec3; 3], eye: Vec3, direction: Vec3) -> [f64; 3] {
+    let [a, b, c] = corners.map(|p| p.as_dvec3() - eye.as_dvec3());
+    let volume = |p: DVec3, q: DVec3| direction.as_dvec3().dot(p.cross(q));
+    [volume(b, c), volume(c, a), volume(a, b)]
 }
 
 #[cfg(test)]

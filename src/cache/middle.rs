@@ -5,9 +5,9 @@
 
 use super::dynamic::Cache;
 use super::topology::NodeId;
-use crate::estimate::visibility::Origin;
+use super::vertex::VertexId;
+use crate::estimate::visibility::{Origin, Visibility};
 use crate::shade::light_mesh::Emitter;
-use crate::shade::lights::Arrival;
 use crate::shade::world::{Site, World};
 use smallvec::SmallVec;
 use std::f32::consts::PI;
@@ -16,40 +16,64 @@ use std::f32::consts::PI;
 const WEAK: f32 = 0.03;
 /// Cosine between a facet and a light below which the facet's own body hides it, whatever the shading normals say.
 const GRAZING: f32 = 0.05;
+/// Points of an area light, or a group of them, that tell how much of it is visible where the first says otherwise than the corners do.
+const POINTS: u32 = 16;
 
-/// Luminance of D, at a point of a leaf given by barycentric weights, of the lights of which a ray says otherwise than all
-/// corners of the leaf do.
+/// What rays from between the corners of a leaf found.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Surprise {
+    /// Luminance of D by which the lights found otherwise than all corners say differ from that.
+    pub luminance: f32,
+    /// Whether there are lights of which the corners do not say the same: nothing was traced for them.
+    pub open: bool,
+}
+
+/// Asks by a ray to each light whether it is at a point of a leaf, given by barycentric weights, as all corners of the leaf
+/// say.
 #[must_use]
-pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 3]), rays: &mut u64) -> f32 {
+pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 3]), rays: &mut u64) -> Surprise {
     let site = cache.inner_vertex(id, weights).site();
     let strength = |(light, emitter): (usize, Emitter<'_>)| {
         emitter.strength(site.position, site.normal) * world.lights.mesh_factor(light).max_element()
     };
     let strengths: SmallVec<[f32; 128]> = world.lights.meshes().enumerate().map(strength).collect();
     let weak = WEAK * strengths.iter().sum::<f32>();
-    let mut surprise = 0.0;
+    let mut surprise = Surprise::default();
     for (light, &strength) in strengths.iter().enumerate().filter(|(_, strength)| **strength > weak) {
-        let Some(visible) = agreed(cache, light, id) else { continue };
-        let arrival = arrival(world, light, &site).filter(|a| a.direction.dot(site.normal) > GRAZING);
-        let Some(arrival) = arrival else { continue };
-        *rays += 1;
-        if world.visible(&site, &arrival) != visible {
-            surprise += strength / PI;
+        match agreed(cache, light, id) {
+            Some(visible) => {
+                surprise.luminance += strength * disagreement(world, &site, (light, visible), rays) / PI;
+            }
+            None => surprise.open = true,
         }
     }
     surprise
 }
 
+/// Share of a light that is visible though it should not be, or hidden though it should be visible.
+fn disagreement(world: &World<'_>, site: &Site, (light, visible): (usize, bool), rays: &mut u64) -> f32 {
+    let points = world.points(site, light);
+    let mut differs = |point: u32| {
+        let arrival = points.sample(world.scene, point).filter(|a| a.direction.dot(site.normal) > GRAZING);
+        arrival.is_some_and(|arrival| {
+            *rays += 1;
+            world.visible(site, &arrival) != visible
+        })
+    };
+    if !differs(0) {
+        return 0.0;
+    }
+    // One point of an area light or a group says no more than that there is something.
+    let all = world.lights.mesh(light).all_points().unwrap_or(POINTS);
+    (1 + (1..all).filter(|&point| differs(point)).count()) as f32 / all as f32
+}
+
 /// Whether a light is visible, if all corners of a node know and agree.
 fn agreed(cache: &Cache, light: usize, id: NodeId) -> Option<bool> {
-    let corners = cache.corner_vertices(id).map(|v| cache.layers[light].visibility.get(v.0));
+    let known = |v: &VertexId| cache.layers[light].visibility.get(v.0);
+    let corners: SmallVec<[Visibility; 6]> = cache.drawn_vertices(id).iter().map(known).collect();
     let first = corners[0].fraction();
     let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
     let agree = settled && corners.iter().all(|c| c.fraction() == first) && (first == 0.0 || first == 1.0);
     agree.then_some(first == 1.0)
-}
-
-/// The light that a ray is traced for: a random point of an area light or a group.
-fn arrival(world: &World<'_>, light: usize, site: &Site) -> Option<Arrival> {
-    world.points(site, light).sample(world.scene, 0)
 }

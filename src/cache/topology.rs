@@ -102,8 +102,15 @@ pub struct Work {
     pub highlight: f32,
     /// See `highlight`.
     pub highlight_share: f32,
-    /// Luminance of D in its middle that a ray found other than its corners say; `None` while none was traced.
+    /// Luminance of D in its middle, or in one of its pixels, that rays found other than its corners say; `None` while none were
+    /// traced.
     pub surprise: Option<f32>,
+    /// Share of it that the surprise stands for.
+    pub surprise_share: f32,
+    /// Generation of the camera each of whose pixels on it was asked for surprises; 0 if none was.
+    pub audited: u32,
+    /// Whether what that found holds for parts of it, too: all lights were asked for.
+    pub audit_holds: bool,
     /// Generation of the camera that last saw it.
     pub generation: u32,
     /// Raised whenever its key changes: queued entries of older versions are void.
@@ -114,6 +121,8 @@ pub struct Work {
     pub light: f64,
     /// See `accounted`.
     pub error: f64,
+    /// Pixels × square of what it is judged by, while what it hides is unknown.
+    pub unseen: f64,
 }
 
 /// An edge between two vertices.

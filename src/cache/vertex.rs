@@ -68,6 +68,10 @@ const FLAT: f32 = 1.0 - 1e-6;
 /// the step must not take the rays' origin behind any of them.
 const TILTED_STEP: f32 = 0.4;
 
+/// Step off the surface inside a triangle, where there is no corner to step clear of, against the size of the numbers involved: well
+/// above the rounding of f32, and short of what a pixel shows to lie on it.
+const LIFT_INSIDE: f32 = 4e-6;
+
 /// A tangential step, shortened where it could lead behind a tilted facet.
 fn above_facets(step: f32, lift: f32, flat: bool) -> f32 {
     if flat { step } else { step.min(lift * TILTED_STEP) }
@@ -115,7 +119,7 @@ impl Vertex {
         let (position, side) = (mean(|v| v.position), mean(|v| v.normal));
         let facet = (b - a).cross(c - a).normalize_or(side.normalize_or(corners[0].normal));
         let normal = if facet.dot(side) < 0.0 { -facet } else { facet };
-        let lift = corners.iter().map(|v| v.lift).fold(f32::INFINITY, f32::min).max(diagonal * LIFT[0]);
+        let lift = position.abs().max_element().max(diagonal * 0.1) * LIFT_INSIDE;
         let bits = position.to_array().map(|x| u64::from(x.to_bits()));
         let key = bits.into_iter().fold(corners[0].key, combine);
         Self { position, normal, lift, flat: true, ..Self::unsampled(key) }

@@ -59,7 +59,7 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     let shared = Arc::clone(&bvh);
     let engine = engine_setup(args, &scene_args, scene.display).start(&scene, move || shared)?;
     let faces = setup::visible_faces(&mut gpu.renderer, &view, 1)?;
-    let visible = Visible { generation: GENERATION, eye: view.eye, faces };
+    let visible = Visible { generation: GENERATION, eye: view.eye, view: Some(view), faces };
     let progress = super::bench::progress(args.cpu.verbosity);
     let race = Race { truth: &truth, display: scene.display, limit: args.time.as_secs_f64(), progress: &progress };
     let Some(curve) = race.run(&mut gpu.renderer, engine, visible)? else { return Ok(Outcome::Interrupted) };

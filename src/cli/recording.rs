@@ -60,7 +60,7 @@ impl Studio<'_> {
         let workers = Workers::new(threads).map_err(|e| Error::Exhausted(format!("cannot start threads: {e}")))?;
         let options = refinement::options_of_compare(self.args, &self.scene);
         let mut engine = Engine::new(Arc::clone(&self.scene), Arc::clone(&self.bvh), workers, options);
-        let seen = |generation| Visible { generation, eye: view.eye, faces: faces.clone() };
+        let seen = |generation| Visible { generation, eye: view.eye, view: Some(view), faces: faces.clone() };
         let mut first = engine.set_visible(&seen(1));
         while !first.stats.complete && !interrupt::requested() {
             let update = engine.step(Budget::Rays(BATCH));

@@ -125,7 +125,7 @@ fn aim(session: &mut Session<'_>, scene: &Scene, picture: Picture) -> Result<Aim
     let view = scene::view(scene, &picture.camera, &args.scene);
     let faces = setup::visible_faces(session.renderer, &view, args.output.aa)?;
     let generation = u32::try_from(picture.index + 1).unwrap_or(u32::MAX);
-    Ok(Aimed { picture, view, visible: Visible { generation, eye: view.eye, faces } })
+    Ok(Aimed { picture, view, visible: Visible { generation, eye: view.eye, view: Some(view), faces } })
 }
 
 /// Makes all pictures and writes each when it is done; a signal makes the present one the last.

@@ -1,5 +1,6 @@
 //! The engine: owns the cache; batches in two phases, trace (shared, read only) and apply (alone, in job order).
 
+use super::audit::Audits;
 use super::hidden::HiddenShadows;
 use super::image_error::ImageError;
 use super::options::Options;
@@ -14,6 +15,7 @@ use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 use crate::cache::weld::Weld;
 use crate::geom::bvh::Bvh;
+use crate::scene::camera::View;
 use crate::scene::{FaceId, Scene};
 use crate::shade::lights::Lights;
 use crate::shade::world::World;
@@ -39,6 +41,8 @@ pub struct Visible {
     pub generation: u32,
     /// Eye position, for the specular luminance.
     pub eye: Vec3,
+    /// The image, whose pixels are looked at one by one in the end; `None` leaves what vertices do not show to chance.
+    pub view: Option<View>,
     /// Visible faces in ascending order, with their pixels.
     pub faces: Vec<(FaceId, u32)>,
 }
@@ -75,7 +79,7 @@ pub struct Engine {
     pub(super) eye: Vec3,
     pub(super) generation: u32,
     /// What the view before showed: a camera that stays keeps what is known of its pixels.
-    seen: (Vec3, Vec<(FaceId, u32)>),
+    seen: (Vec3, Option<View>, Vec<(FaceId, u32)>),
     /// Roots of the visible faces.
     pub(super) roots: Vec<NodeId>,
     pub(super) published: Published,
@@ -91,6 +95,8 @@ pub struct Engine {
     pub(super) predicted_at: u64,
     /// What leaves have turned out to hide.
     pub(super) hidden: HiddenShadows,
+    /// What pixels of leaves have turned out to show.
+    pub(super) audits: Audits,
     /// Clock of the engine's own thread when it was made, nanoseconds.
     pub(super) born: u64,
 }
@@ -115,7 +121,8 @@ impl Engine {
             queue: Queue::default(),
             eye: Vec3::ZERO,
             generation: 0,
-            seen: (Vec3::ZERO, Vec::new()),
+            seen: (Vec3::ZERO, None, Vec::new()),
+            audits: Audits::default(),
             roots: Vec::new(),
             published: Published::default(),
             image: ImageError::default(),
@@ -147,6 +154,11 @@ impl Engine {
         World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal)
     }
 
+    /// The image that is made, if it is known.
+    pub(super) const fn view(&self) -> Option<View> {
+        self.seen.1
+    }
+
     /// What keys are computed from.
     pub(super) fn judge(&self) -> Judge<'_> {
         Judge {
@@ -158,14 +170,16 @@ impl Engine {
             mean: self.image.mean(),
             generation: self.generation,
             hidden: self.hidden.expected(),
+            unaudited: self.audits.expected(),
+            audits: self.seen.1.is_some(),
         }
     }
 
     /// Takes a new view: creates what became visible, re-evaluates the specular luminance without a ray, and returns all
     /// visible leaves with the values known so far.
     pub fn set_visible(&mut self, visible: &Visible) -> Update {
-        let stays = self.seen.0 == visible.eye && self.seen.1 == visible.faces;
-        self.seen = (visible.eye, visible.faces.clone());
+        let stays = self.seen.0 == visible.eye && self.seen.1 == visible.view && self.seen.2 == visible.faces;
+        self.seen = (visible.eye, visible.view, visible.faces.clone());
         self.forget_view(stays);
         let before = std::mem::replace(&mut self.generation, visible.generation);
         self.eye = visible.eye;
@@ -204,13 +218,16 @@ impl Engine {
                 if let Some(before) = stays {
                     let current = node.inner.iter_mut().filter(|inner| inner.generation == before);
                     current.for_each(|inner| inner.generation = self.generation);
+                    if work.audited == before {
+                        work.audited = self.generation;
+                    }
                 } else {
                     work.share = pixels as f32 * 0.25_f32.powi(i32::from(node.level));
                     (work.pixels, work.ray) = (work.share, None);
                 }
                 work.generation = self.generation;
                 work.version += 1;
-                (work.accounted, work.light, work.error) = (0.0, 0.0, 0.0);
+                (work.accounted, work.light, work.error, work.unseen) = (0.0, 0.0, 0.0, 0.0);
             }
         }
         for &leaf in &all {

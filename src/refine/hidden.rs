@@ -22,11 +22,17 @@ const RISEN: f32 = 2.0;
 
 impl Default for HiddenShadows {
     fn default() -> Self {
-        Self { sum: PRIOR * PRIOR_COUNT, count: PRIOR_COUNT, queued: PRIOR as f32 }
+        Self::new(PRIOR)
     }
 }
 
 impl HiddenShadows {
+    /// Nothing learnt yet: so much is expected.
+    #[must_use]
+    pub const fn new(prior: f64) -> Self {
+        Self { sum: prior * PRIOR_COUNT, count: PRIOR_COUNT, queued: prior as f32 }
+    }
+
     /// Notes what a leaf that showed no error turned out to hide: square error over square of what it showed.
     pub fn note(&mut self, found: f32) {
         // Leaves get smaller, and what they hide rarer: those of long ago are forgotten.

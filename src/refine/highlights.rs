@@ -11,6 +11,8 @@ use glam::Vec3;
 
 /// Luminance against the image's mean, or what the leaf shows, below which a highlight is not looked for.
 const FLOOR: f32 = 0.02;
+/// Share of a leaf that a surprise in its middle stands for.
+const SHARE_OF_MIDDLE: f32 = 0.5;
 
 /// A highlight that a leaf's corners do not show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,7 +49,8 @@ impl Engine {
         });
         self.stats.rays += found.iter().map(|(_, rays)| rays).sum::<u64>();
         for (node, surprise) in silent.into_iter().zip(found.into_iter().flat_map(|(found, _)| found)) {
-            self.cache.topology.nodes[node.0].work.surprise = Some(surprise);
+            let work = &mut self.cache.topology.nodes[node.0].work;
+            (work.surprise, work.surprise_share) = (Some(surprise.luminance), SHARE_OF_MIDDLE);
         }
     }
 

@@ -1,6 +1,7 @@
 //! The light engine: it owns the cache, decides what to trace next, and tells the GPU what changed.
 
 mod above;
+mod audit;
 mod counts;
 pub mod engine;
 mod hidden;

@@ -61,8 +61,13 @@ pub struct Judge<'a> {
     pub mean: f32,
     /// The camera's generation.
     pub generation: u32,
-    /// Square error expected where nothing has been seen, relative to what a leaf shows.
+    /// Square error expected where nothing has been seen, relative to what a leaf shows: of leaves too large to be trusted, and
+    /// of small ones.
     pub hidden: f32,
+    /// See `hidden`.
+    pub unaudited: f32,
+    /// Whether pixels can be asked one by one: the image is known.
+    pub audits: bool,
 }
 
 /// Weight of an edge's contrast against measured surplus: discontinuities not seen yet. [L 2.2]
@@ -77,8 +82,6 @@ pub(super) const HARD_CONTRAST: f32 = 0.4;
 const SHADOW_CONTRAST: f32 = 0.15;
 /// Pixels of the smallest leaf across a hard edge, against other leaves.
 pub(super) const HARD_PIXELS: f32 = 0.02;
-/// Share of a leaf that a surprise in its middle stands for.
-const SURPRISE_SHARE: f32 = 0.5;
 /// Least light that a leaf is judged by, against the image's mean.
 const LEAST_SHOWN: f32 = 0.1;
 /// Pixels of the smallest leaf whose middle is probed.
@@ -101,6 +104,17 @@ pub struct LeafLight {
     pub interpolation: f32,
     /// Mean variance of noise over the leaf.
     pub noise: f32,
+}
+
+/// Midpoints on a leaf's edges against its corners.
+#[derive(Clone, Copy, Debug, Default)]
+struct Hanging {
+    /// Largest Michelson contrast of direct light with a corner.
+    contrast: f32,
+    /// Square error that a leaf without them would have there.
+    surplus: f32,
+    /// How much brighter the leaf is for them.
+    brighter: f32,
 }
 
 /// Σd² + Σdd′ of the surpluses on a triangle's edges, what the mean square error of interpolation is proportional to. [L 2.2]
@@ -147,8 +161,9 @@ impl Judge<'_> {
         let (shown, covered) = self.corners(id);
         let node = &self.cache.topology.nodes[id.0];
         let total = shown.map(|[direct, indirect]| direct + indirect);
-        let mean = total.iter().sum::<f32>() / 3.0;
-        let mut contrast = 0.0_f32;
+        let hanging = self.hanging(id, shown);
+        let mean = total.iter().sum::<f32>() / 3.0 + hanging.brighter;
+        let mut contrast = hanging.contrast;
         for i in 0..3 {
             let j = (i + 1) % 3;
             contrast = contrast.max(if covered[i] == covered[j] { michelson(shown[i], shown[j]) } else { 1.0 });
@@ -162,14 +177,33 @@ impl Judge<'_> {
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let (highlight, surprise) = (self.highlight(id), self.surprise(id));
         // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
-        let surplus = node.work.surplus / if contrast > HARD_CONTRAST { CHILD } else { 1.0 };
+        let surplus =
+            node.work.surplus.max(hanging.surplus * CHILD) / if contrast > HARD_CONTRAST { CHILD } else { 1.0 };
         let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
             + highlight * highlight * node.work.highlight_share
-            + surprise * surprise * SURPRISE_SHARE;
+            + surprise * surprise * node.work.surprise_share;
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+    }
+
+    /// What the midpoints that finer neighbours put on a leaf's edges say against its corners.
+    fn hanging(&self, id: NodeId, corners: [[f32; 2]; 3]) -> Hanging {
+        let node = &self.cache.topology.nodes[id.0];
+        let mut found = Hanging::default();
+        if node.drawn.len() < 2 {
+            return found;
+        }
+        for i in 0..3 {
+            let Some(middle) = self.cache.hanging_slot(id, i) else { continue };
+            let (middle, a, b) = (self.shown(node.face, middle), corners[i], corners[(i + 1) % 3]);
+            let surplus = middle[0] - (a[0] + b[0]) * 0.5;
+            found.contrast = found.contrast.max(michelson(middle, a)).max(michelson(middle, b));
+            found.surplus += SURPLUS_TO_MSE * surplus * surplus;
+            found.brighter = found.brighter.max(surplus / 3.0);
+        }
+        found
     }
 
     /// The vertex inside a leaf, if that is what the leaf's one pixel shows.
@@ -259,10 +293,15 @@ impl Judge<'_> {
         node.work.pixels * error / (1.0 + VERTEX_COST * new as f32)
     }
 
+    /// Share of D that a leaf shows, in the mean.
+    pub(super) fn diffuse_reflectance(&self, id: NodeId) -> f32 {
+        self.reflectances.of_face(self.scene, self.cache.topology.nodes[id.0].face)[0]
+    }
+
     /// Luminance by which a leaf's middle is known to differ from its corners.
     fn surprise(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
-        self.reflectances.of_face(self.scene, node.face)[0] * node.work.surprise.unwrap_or(0.0)
+        self.diffuse_reflectance(id) * node.work.surprise.unwrap_or(0.0)
     }
 
     /// Whether something between a leaf's corners is a strong contrast to the mean of what they show.
@@ -312,7 +351,7 @@ impl Judge<'_> {
     }
 
     /// Square of the light that what a leaf hides is judged by: what it shows, or a little if it shows none.
-    fn judged_by(&self, light: &LeafLight) -> f32 {
+    pub(super) fn judged_by(&self, light: &LeafLight) -> f32 {
         light.mean.max(LEAST_SHOWN * self.mean).powi(2)
     }
 

@@ -204,7 +204,8 @@ impl Engine {
         self.stats.triangles = self.cache.leaves.live() as u64 - self.published.retired.len() as u64;
         self.stats.cache_bytes = self.cache.bytes() as u64;
         self.stats.complete = self.first_visits.is_empty();
-        self.stats.estimated_error = if self.stats.complete { self.image.relative() } else { None };
+        self.stats.estimated_error =
+            if self.stats.complete { self.image.relative(self.audits.expected()) } else { None };
         let awaits_counts = self.options.counted && self.published.counted < self.published.redrawn;
         self.stats.converged = self.is_idle() && !awaits_counts;
         self.stats

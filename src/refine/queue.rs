@@ -12,6 +12,8 @@ pub enum Task {
     Split(NodeId),
     /// Sample a leaf where its one pixel sees it.
     Inner(NodeId),
+    /// Ask each pixel of a leaf whether it hides a shadow.
+    Audit(NodeId),
     /// Trace the lights that a vertex has put off.
     Settle(VertexId),
     /// Take as many points again in the penumbrae of a vertex.

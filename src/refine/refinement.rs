@@ -36,13 +36,15 @@ struct Batch {
     splits: Vec<NodeId>,
     /// Leaves to sample where their one pixel sees them.
     inner: Vec<NodeId>,
+    /// Leaves whose pixels are asked.
+    audits: Vec<NodeId>,
     /// Vertices to visit.
     jobs: Vec<Job>,
 }
 
 impl Batch {
     fn tasks(&self) -> usize {
-        self.splits.len() + self.inner.len() + self.jobs.len()
+        self.splits.len() + self.inner.len() + self.audits.len() + self.jobs.len()
     }
 }
 
@@ -81,6 +83,7 @@ impl Engine {
             match entry.task {
                 Task::Split(node) => direct.splits.push(node),
                 Task::Inner(node) => direct.inner.push(node),
+                Task::Audit(node) => direct.audits.push(node),
                 Task::Settle(vertex) => direct.jobs.push(self.take(vertex, Wanted::Settle)),
                 Task::Double(vertex) => direct.jobs.push(self.take(vertex, Wanted::Double)),
                 Task::Gather(vertex) => {
@@ -106,7 +109,7 @@ impl Engine {
     }
 
     /// Splits, traces, and draws the consequences.
-    fn work_on_direct(&mut self, Batch { splits, inner, mut jobs }: Batch) {
+    fn work_on_direct(&mut self, Batch { splits, inner, audits, mut jobs }: Batch) {
         let mut fresh = Vec::new();
         for node in splits {
             self.split(node, &mut fresh, &mut jobs);
@@ -124,7 +127,9 @@ impl Engine {
         self.evaluate(&slots);
         self.confirm(&fresh, &mut slots);
         self.settle_accounts(&fresh, &slots, &inner);
-        if self.hidden.has_risen() {
+        self.audit(&audits);
+        let risen = [self.hidden.has_risen(), self.audits.have_risen()];
+        if risen.contains(&true) {
             let leaves = self.all_visible_leaves();
             leaves.into_iter().for_each(|leaf| self.enqueue_split(leaf));
         }
@@ -180,6 +185,10 @@ impl Engine {
             Task::Inner(id) => {
                 let node = &self.cache.topology.nodes[id.0];
                 (node.child.is_none() && node.work.version == version).then(|| self.judge().inner_key(id))
+            }
+            Task::Audit(id) => {
+                let node = &self.cache.topology.nodes[id.0];
+                (node.child.is_none() && node.work.version == version).then(|| self.judge().audit_key(id))
             }
             Task::Settle(id) | Task::Double(id) => {
                 let current = self.cache.vertices[id.0].progress.version == version;
@@ -319,6 +328,7 @@ impl Engine {
                 work.generation = parent.generation;
                 work.surplus = surplus / 16.0;
             }
+            self.hand_down_audit(f.node, f.first);
             let node = &mut self.cache.topology.nodes[f.node.0];
             self.image.replace(&mut node.work, None);
         }
@@ -346,9 +356,9 @@ impl Engine {
     /// Brings a leaf's share of the image's error up to date.
     pub(super) fn account(&mut self, id: NodeId) {
         let visible = self.cache.topology.nodes[id.0].work.generation == self.generation;
-        let light = visible.then(|| self.judge().leaf(id));
+        let error = visible.then(|| self.judge().leaf_error(id));
         let work = &mut self.cache.topology.nodes[id.0].work;
-        self.image.replace(work, light);
+        self.image.replace(work, error);
     }
 
     /// Queues everything that the visible leaves leave to do.
@@ -368,9 +378,10 @@ impl Engine {
         let (version, visible) = (work.version, work.generation == self.generation);
         if visible {
             let judge = self.judge();
-            let (split, inner) = (judge.split_key(id), judge.inner_key(id));
+            let (split, inner, audit) = (judge.split_key(id), judge.inner_key(id), judge.audit_key(id));
             self.queue.push(split, Task::Split(id), version);
             self.queue.push(inner, Task::Inner(id), version);
+            self.queue.push(audit, Task::Audit(id), version);
         }
     }
 
@@ -392,7 +403,7 @@ impl Engine {
         let lit = lights.filter(|(light, _)| self.lights.mesh_is_on(*light));
         let known = |v: VertexId| lit.map(move |(_, (s, l))| (s, l.visibility.get(v.0)));
         let rays: u32 = match task {
-            Task::Split(_) | Task::Inner(_) | Task::Gather(_) | Task::Refine(_) => 0,
+            Task::Split(_) | Task::Inner(_) | Task::Audit(_) | Task::Gather(_) | Task::Refine(_) => 0,
             // One ray for a delta light, four for an area light: two is near enough for a key.
             Task::Settle(v) => known(v).map(|(_, k)| if k.origin == Origin::Deferred { 2 } else { 0 }).sum(),
             Task::Double(v) => known(v).map(|(s, k)| if direct::is_doubled(s, k) { k.points } else { 0 }).sum(),

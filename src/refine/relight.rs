@@ -34,6 +34,8 @@ impl Engine {
             self.evaluate(&all);
             self.cache.refresh_indirect(&all, self.eye);
             self.measure_surpluses();
+            self.audits.forget();
+            self.forget_audits();
         }
         self.set_visible(visible)
     }
@@ -59,8 +61,18 @@ impl Engine {
         }
     }
 
+    /// Forgets that pixels were asked in other light: for other lights.
+    fn forget_audits(&mut self) {
+        for id in 0..self.cache.topology.nodes.end() {
+            self.cache.topology.nodes[id].work.audited = 0;
+        }
+    }
+
     /// Forgets what the present view made its leaves and vertices worth: nothing is done for the pixels of another camera.
     pub(super) fn forget_view(&mut self, stays: bool) {
+        if !stays {
+            self.audits.forget();
+        }
         for leaf in if stays { Vec::new() } else { self.all_visible_leaves() } {
             self.cache.topology.nodes[leaf.0].work.pixels = 0.0;
         }

@@ -49,7 +49,7 @@ impl ImageSize {
 }
 
 /// A camera's orthonormal frame scaled to an image: the ray through a pixel is linear in its coordinates.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// Eye position.
     pub eye: Vec3,
@@ -92,6 +92,16 @@ impl View {
         let ndc_x = 2.0 * pixel.x / self.size.width as f32 - 1.0;
         let ndc_y = 2.0 * pixel.y / self.size.height as f32 - 1.0;
         self.forward + self.right * ndc_x + self.down * ndc_y
+    }
+
+    /// Where a point shows, image coordinates in pixels; `None` if it is not beyond the near plane.
+    #[must_use]
+    pub fn pixel_of(&self, point: Vec3) -> Option<Vec2> {
+        let offset = point - self.eye;
+        let distance = offset.dot(self.forward);
+        let along = |axis: Vec3| offset.dot(axis) / (axis.length_squared() * distance);
+        let size = Vec2::new(self.size.width as f32, self.size.height as f32);
+        (distance > self.near).then(|| (Vec2::new(along(self.right), along(self.down)) + 1.0) * 0.5 * size)
     }
 
     /// World to Vulkan clip space (y down), reversed depth with an infinite far plane: z/w = near / distance.
@@ -137,6 +147,7 @@ mod tests {
             let back = Vec2::new((ndc.x + 1.0) * 320.0, (ndc.y + 1.0) * 180.0);
             assert!(back.distance(pixel) < 1e-3, "{back} {pixel}");
             assert!((ndc.z - view.near / 7.0).abs() < 1e-6);
+            assert!(view.pixel_of(p).unwrap().distance(pixel + jitter) < 1e-3);
         }
         // Up in the world is up in the image: a smaller row.
         let above = view.clip_from_world(Vec2::ZERO) * (camera.look_at + Vec3::Y).extend(1.0);

@@ -165,7 +165,7 @@ pub fn solve_pixels(engine: &mut Engine, faces: &[FaceId], pixels: u32, eye: Vec
     faces.sort();
     faces.dedup();
     let mut mirror = Mirror::default();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, faces }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, view: None, faces }));
     while !mirror.last.stats.converged {
         mirror.apply(engine.step(Budget::Rays(50_000)));
         engine.counted(&drawn(&mirror));

@@ -1,0 +1,185 @@
+//! Audits: a leaf whose corners agree is taken at their word until each of its pixels has been asked. What corners and middles
+//! do not show, shadows of a pixel or two, is found here; in the end every pixel has been looked at.
+
+use super::engine::Engine;
+use super::hidden::HiddenShadows;
+use super::image_error::LeafError;
+use super::options::Priority;
+use super::priority::Judge;
+use crate::cache::dynamic::Cache;
+use crate::cache::middle::{self, Surprise};
+use crate::cache::pixels::{pixels_of, weights_inside};
+use crate::cache::topology::NodeId;
+use crate::scene::camera::View;
+use crate::shade::world::World;
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+/// Rays that asking a pixel costs, roughly: those to the lights, and what goes with them.
+const RAYS_A_PIXEL: f32 = 6.0;
+/// Square error of a small leaf, relative to what it shows, before any was audited: a few pixels in ten thousand.
+const PRIOR: f64 = 3e-4;
+/// Leaves of more pixels are split rather than asked.
+const MOST_PIXELS: f32 = 1024.0;
+
+/// A pixel that shows something else than the corners of its leaf say.
+#[derive(Clone, Copy, Debug)]
+struct Odd {
+    /// Direction from the eye through it.
+    ray: Vec3,
+    /// Luminance of D by which it differs.
+    surprise: f32,
+}
+
+type OddPixels = SmallVec<[Odd; 2]>;
+
+/// What audits have found in the present view.
+#[derive(Debug)]
+pub struct Audits {
+    /// Odd pixels of leaves, until those are split.
+    odd: FxHashMap<NodeId, OddPixels>,
+    /// How likely a small leaf is to hide something.
+    odds: HiddenShadows,
+}
+
+/// What the audit of one leaf found.
+#[derive(Default)]
+struct Found {
+    odd: OddPixels,
+    pixels: u32,
+    /// Whether lights were left out since the corners do not agree about them.
+    open: bool,
+}
+
+impl Default for Audits {
+    fn default() -> Self {
+        Self { odd: FxHashMap::default(), odds: HiddenShadows::new(PRIOR) }
+    }
+}
+
+impl Audits {
+    /// Forgets the pixels, not how likely they were to be odd.
+    pub fn forget(&mut self) {
+        self.odd.clear();
+    }
+
+    /// Expected square error of a small leaf that was not audited, relative to what it is judged by.
+    #[must_use]
+    pub fn expected(&self) -> f32 {
+        self.odds.expected()
+    }
+
+    /// Whether so much more is expected than when keys were computed that they are due again.
+    pub fn have_risen(&mut self) -> bool {
+        self.odds.has_risen()
+    }
+}
+
+impl Judge<'_> {
+    /// Key of asking the pixels of a leaf; 0 if that is not to be done.
+    #[must_use]
+    pub fn audit_key(&self, id: NodeId) -> f32 {
+        if !self.wants_audit(id) {
+            return 0.0;
+        }
+        let light = self.leaf(id);
+        let error = self.unaudited * self.judged_by(&light) * self.display_gain(light.least);
+        let pixels = self.cache.topology.nodes[id.0].work.pixels;
+        pixels * error / (1.0 + RAYS_A_PIXEL * pixels)
+    }
+
+    /// Whether a leaf is trusted though its pixels were not asked.
+    fn wants_audit(&self, id: NodeId) -> bool {
+        let node = &self.cache.topology.nodes[id.0];
+        self.options.priority == Priority::Error
+            && self.audits
+            && node.work.audited != self.generation
+            && node.work.pixels > 0.0
+            && node.work.pixels <= MOST_PIXELS
+            && self.is_small(id)
+            && self.settled(id).is_none()
+            && node.corners.iter().all(|slot| self.cache.slots[slot.0].direct.known)
+    }
+
+    /// What a leaf adds to the image's error.
+    pub(super) fn leaf_error(&self, id: NodeId) -> LeafError {
+        let light = self.leaf(id);
+        let known = self.settled(id).is_some() || self.cache.topology.nodes[id.0].work.audited == self.generation;
+        let unseen = if known { 0.0 } else { self.judged_by(&light) };
+        LeafError { light: light.mean, error: light.interpolation + light.noise, unseen }
+    }
+}
+
+impl Engine {
+    /// Asks the pixels of leaves whether these are as their corners say.
+    pub(super) fn audit(&mut self, nodes: &[NodeId]) {
+        let Some(view) = self.view() else { return };
+        let (world, cache) = (self.world(), &self.cache);
+        let found = self.workers.map_chunks(nodes, |chunk| {
+            let mut rays = 0;
+            let found: Vec<Found> = chunk.iter().map(|&node| ask(&world, cache, (&view, node), &mut rays)).collect();
+            (found, rays)
+        });
+        self.stats.rays += found.iter().map(|(_, rays)| rays).sum::<u64>();
+        for (&node, found) in nodes.iter().zip(found.into_iter().flat_map(|(found, _)| found)) {
+            if self.cache.topology.nodes[node.0].child.is_none() {
+                self.note_audit(node, found);
+            }
+        }
+    }
+
+    fn note_audit(&mut self, node: NodeId, found: Found) {
+        let judge = self.judge();
+        let (square, reflectance) = (judge.judged_by(&judge.leaf(node)), judge.diffuse_reflectance(node));
+        if square > 0.0 && found.pixels > 0 {
+            let error = |odd: &Odd| ((reflectance * odd.surprise).powi(2) / square).min(1.0);
+            let sum: f32 = found.odd.iter().map(error).sum();
+            self.audits.odds.note(sum / found.pixels as f32);
+        }
+        self.cache.topology.nodes[node.0].work.audited = self.generation;
+        self.note_odd(node, found.odd, found.open);
+        self.account(node);
+        self.enqueue_split(node);
+    }
+
+    /// Notes odd pixels at a leaf. One that is `open` tells its children nothing, and they are audited anew.
+    fn note_odd(&mut self, node: NodeId, odd: OddPixels, open: bool) {
+        let work = &mut self.cache.topology.nodes[node.0].work;
+        let most = odd.iter().map(|odd| odd.surprise).fold(0.0, f32::max);
+        (work.surprise, work.audit_holds) = (Some(most), !open);
+        work.surprise_share = (odd.len() as f32 / work.pixels.max(1.0)).min(1.0);
+        if !odd.is_empty() {
+            self.audits.odd.insert(node, odd);
+        }
+    }
+
+    /// Tells the children of a leaf that was split what its audit has found.
+    pub(super) fn hand_down_audit(&mut self, parent: NodeId, first: NodeId) {
+        let odd = self.audits.odd.remove(&parent).unwrap_or_default();
+        let work = self.cache.topology.nodes[parent.0].work;
+        if work.audited != self.generation || !work.audit_holds {
+            return;
+        }
+        for child in (first.0..first.0 + 4).map(NodeId) {
+            let corners = self.cache.corner_positions(child);
+            let inside = odd.iter().filter(|odd| weights_inside(corners, self.eye, odd.ray).is_some()).copied();
+            self.cache.topology.nodes[child.0].work.audited = self.generation;
+            self.note_odd(child, inside.collect(), false);
+        }
+    }
+}
+
+/// Asks the pixels of a leaf.
+fn ask(world: &World<'_>, cache: &Cache, (view, node): (&View, NodeId), rays: &mut u64) -> Found {
+    let mut found = Found::default();
+    for pixel in pixels_of(view, cache.corner_positions(node)).unwrap_or_default() {
+        let Surprise { luminance, open } = middle::surprise(world, cache, (node, pixel.weights), rays);
+        found.pixels += 1;
+        found.open |= open;
+        if luminance > 0.0 {
+            found.odd.push(Odd { ray: pixel.ray, surprise: luminance });
+        }
+    }
+    found
+}
