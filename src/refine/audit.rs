@@ -18,8 +18,9 @@ use smallvec::SmallVec;
 
 /// Rays that asking a pixel costs, roughly: those to the lights, and what goes with them.
 const RAYS_A_PIXEL: f32 = 6.0;
-/// Square error of a small leaf, relative to what it shows, before any was audited: a few pixels in ten thousand.
-const PRIOR: f64 = 3e-4;
+/// Square error of a leaf, relative to what it shows, before any was audited, and how many leaves that counts for: so much and so
+/// few that some are audited early to find out.
+const PRIOR: [f64; 2] = [1e-2, 8.0];
 /// Leaves of more pixels are split rather than asked.
 const MOST_PIXELS: f32 = 1024.0;
 
@@ -54,7 +55,7 @@ struct Found {
 
 impl Default for Audits {
     fn default() -> Self {
-        Self { odd: FxHashMap::default(), odds: HiddenShadows::new(PRIOR) }
+        Self { odd: FxHashMap::default(), odds: HiddenShadows::new(PRIOR[0], PRIOR[1]) }
     }
 }
 
@@ -64,7 +65,7 @@ impl Audits {
         self.odd.clear();
     }
 
-    /// Expected square error of a small leaf that was not audited, relative to what it is judged by.
+    /// Expected square error of a leaf that was not audited, relative to what it is judged by.
     #[must_use]
     pub fn expected(&self) -> f32 {
         self.odds.expected()
@@ -96,8 +97,7 @@ impl Judge<'_> {
             && self.audits
             && node.work.audited != self.generation
             && node.work.pixels > 0.0
-            && node.work.pixels <= MOST_PIXELS
-            && self.is_small(id)
+            && node.work.pixels <= self.options.shadow_pixels.min(MOST_PIXELS)
             && self.settled(id).is_none()
             && node.corners.iter().all(|slot| self.cache.slots[slot.0].direct.known)
     }

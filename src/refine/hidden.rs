@@ -22,15 +22,15 @@ const RISEN: f32 = 2.0;
 
 impl Default for HiddenShadows {
     fn default() -> Self {
-        Self::new(PRIOR)
+        Self::new(PRIOR, PRIOR_COUNT)
     }
 }
 
 impl HiddenShadows {
-    /// Nothing learnt yet: so much is expected.
+    /// Nothing learnt yet: `prior` is expected, as if `count` leaves had told.
     #[must_use]
-    pub const fn new(prior: f64) -> Self {
-        Self { sum: prior * PRIOR_COUNT, count: PRIOR_COUNT, queued: prior as f32 }
+    pub const fn new(prior: f64, count: f64) -> Self {
+        Self { sum: prior * count, count, queued: prior as f32 }
     }
 
     /// Notes what a leaf that showed no error turned out to hide: square error over square of what it showed.
