@@ -358,7 +358,7 @@ fn members_can_be_changed_one_by_one() {
     }
     let in_the_end = error(&mirror, &scene, &ids, unevenly);
     println!("at once {at_once}, in the end {in_the_end}");
-    assert!(at_once < 0.06 && in_the_end < 0.025, "{at_once} {in_the_end}");
+    assert!(at_once < 0.015 && in_the_end < 0.012, "{at_once} {in_the_end}");
 }
 
 fn penombre(folder: &Path, line: &str) -> Output {
