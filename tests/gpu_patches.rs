@@ -75,6 +75,7 @@ impl Twins {
             filter: true,
             hemisphere: Method::Stratified,
             seed: 1,
+            max_light_meshes: 128,
             priority: Priority::Error,
             min_pixels: 3.0,
             counted: true,

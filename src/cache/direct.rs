@@ -9,7 +9,8 @@ use super::topology::NodeId;
 use super::vertex::VertexId;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
 use crate::math::luminance;
-use crate::shade::lights::{Source, delta_arrival};
+use crate::shade::light_mesh::Emitter;
+use crate::shade::lights::Arrival;
 use crate::shade::world::World;
 use smallvec::SmallVec;
 
@@ -38,9 +39,9 @@ pub enum Wanted {
     Inner,
     /// All lights not traced or inferred yet.
     Settle,
-    /// One light, traced closely because another vertex sees it otherwise.
+    /// One light mesh, traced closely because another vertex sees it otherwise.
     Confirm {
-        /// The light.
+        /// The mesh.
         light: u32,
     },
     /// As many points again for lights that are partly visible.
@@ -52,7 +53,7 @@ pub enum Wanted {
 pub struct LightResult {
     /// The vertex.
     pub vertex: VertexId,
-    /// The light.
+    /// The light's mesh.
     pub light: u32,
     /// Visibility including the new points.
     pub visibility: Visibility,
@@ -94,9 +95,9 @@ pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
         Wanted::Inner => first_lights(world, cache, job.vertex, None, out),
         Wanted::Settle => {
             let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
-            for light in 0..world.lights.sources.len() as u32 {
-                if world.lights.is_on(light as usize) && open(cache.layers[light as usize].visibility.get(job.vertex.0))
-                {
+            for light in 0..world.lights.mesh_count() as u32 {
+                let known = cache.layers[light as usize].visibility.get(job.vertex.0);
+                if world.lights.mesh_is_on(light as usize) && open(known) {
                     sample(world, cache, (job.vertex, light), PENUMBRA_POINTS, out);
                 }
             }
@@ -113,7 +114,7 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
     // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
     let dark = out.lights[before..]
         .iter()
-        .all(|result| result.visibility.fraction() == 0.0 || !world.lights.is_on(result.light as usize));
+        .all(|result| result.visibility.fraction() == 0.0 || !world.lights.mesh_is_on(result.light as usize));
     if world.is_covered(&cache.vertices[id.0].site(), dark, &mut out.rays) {
         out.covered.push(id);
     }
@@ -121,8 +122,9 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
 
 fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
     // As loaded: what light can arrive at all; and as it is now.
-    let now =
-        |&(loaded, light): &(f32, u32)| (loaded * world.lights.factor(light as usize).max_element(), loaded, light);
+    let now = |&(loaded, light): &(f32, u32)| {
+        (loaded * world.lights.mesh_factor(light as usize).max_element(), loaded, light)
+    };
     let mut strengths: SmallVec<[(f32, f32, u32); 128]> = strengths(world, cache, id).iter().map(now).collect();
     strengths.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
     let all: f32 = strengths.iter().map(|s| s.0).sum();
@@ -133,7 +135,7 @@ fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(No
         let taken = if loaded == 0.0 {
             Some(Visibility::taken_over(Origin::Inferred, 0.0))
         } else {
-            take_over(cache, (source_of(world, light), light), node, faint)
+            take_over(cache, (world.lights.mesh(light as usize), light), node, faint)
         };
         match taken {
             Some(visibility) => out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 }),
@@ -144,12 +146,27 @@ fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(No
 
 /// Unoccluded strength of each light at a vertex, on the slot that faces it most.
 fn strengths(world: &World<'_>, cache: &Cache, id: VertexId) -> SmallVec<[(f32, u32); 128]> {
+    world.lights.meshes().map(|light| strength(cache, id, light)).zip(0..).collect()
+}
+
+fn strength(cache: &Cache, id: VertexId, light: Emitter<'_>) -> f32 {
     let position = cache.vertices[id.0].position;
-    let strength = |source: &Source| {
-        let at_slot = |slot: SlotId| source.strength(position, cache.slots[slot.0].normal);
-        cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
-    };
-    world.lights.sources.iter().map(strength).zip(0..).collect()
+    let at_slot = |slot: SlotId| light.strength(position, cache.slots[slot.0].normal);
+    cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
+}
+
+/// Whether a light makes up most of what can arrive at a vertex. Where there are many, few need to be looked at to see that it
+/// does not.
+fn is_strong(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32)) -> bool {
+    let own = strength(cache, id, world.lights.mesh(light as usize));
+    let mut all = 0.0;
+    for other in world.lights.meshes() {
+        all += strength(cache, id, other);
+        if own <= STRONG * all {
+            return false;
+        }
+    }
+    true
 }
 
 /// Points of a light of some strength that tell how much of it a vertex in its penumbra sees.
@@ -157,8 +174,9 @@ fn penumbra_points(strength: f32, all: f32) -> u32 {
     if strength > STRONG * all { STRONG_POINTS } else { PENUMBRA_POINTS }
 }
 
-fn source_of<'a>(world: &World<'a>, light: u32) -> &'a Source {
-    &world.lights.sources[light as usize]
+/// Points that are no fewer and give each member of a group as many turns; those that tell all, if there are such.
+fn in_turns(light: Emitter<'_>, points: u32) -> u32 {
+    light.all_points().unwrap_or_else(|| points.next_multiple_of(light.count()))
 }
 
 /// Guess for a faint light where nothing is known: half visible errs by half at most.
@@ -167,7 +185,7 @@ const UNKNOWN_FRACTION: f32 = 0.5;
 /// Visibility that needs no ray: from corners that agree, or for a faint light from whatever is known around.
 fn take_over(
     cache: &Cache,
-    (source, light): (&Source, u32),
+    (emitter, light): (Emitter<'_>, u32),
     node: Option<(NodeId, bool)>,
     faint: bool,
 ) -> Option<Visibility> {
@@ -179,10 +197,7 @@ fn take_over(
     let fractions = corners.map(Visibility::fraction);
     let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
     let agree = fractions.iter().all(|&f| f == fractions[0]) && (fractions[0] == 0.0 || fractions[0] == 1.0);
-    let exact = match source {
-        Source::Delta(_) => true,
-        Source::Area(area) => area.has_closed_form() || fractions[0] == 0.0,
-    };
+    let exact = emitter.has_closed_form() || fractions[0] == 0.0;
     if settled && agree && small && exact {
         return Some(Visibility::taken_over(Origin::Inferred, fractions[0]));
     }
@@ -191,58 +206,56 @@ fn take_over(
 
 /// Traces a light for the first time.
 fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), penumbra: u32, out: &mut Results) {
-    match &world.lights.sources[light as usize] {
-        Source::Delta(kind) => {
-            let vertex = &cache.vertices[id.0];
-            let mut visibility = Visibility::default();
-            let visible = delta_arrival(kind, vertex.position).is_some_and(|arrival| {
-                out.rays += 1;
-                world.visible(&vertex.site(), &arrival)
-            });
-            visibility.push(visible);
-            out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
+    let emitter = world.lights.mesh(light as usize);
+    if !emitter.is_delta() {
+        let mut round = Round::new(world, cache, (id, light), Visibility::default(), out);
+        round.trace(FIRST_POINTS.min(emitter.all_points().unwrap_or(u32::MAX)), out);
+        if round.is_penumbra() {
+            round.trace(in_turns(emitter, penumbra), out);
         }
-        Source::Area(_) => {
-            let mut round = AreaRound::new(world, cache, (id, light), Visibility::default(), out);
-            round.trace(FIRST_POINTS, out);
-            if round.is_penumbra() {
-                round.trace(penumbra, out);
-            }
-            round.finish(out);
-        }
+        return round.finish(out);
     }
+    let vertex = &cache.vertices[id.0];
+    let site = vertex.site();
+    let mut visibility = Visibility::default();
+    let visible = world.points(&site, light as usize).sample(world.scene, 0).is_some_and(|arrival| {
+        out.rays += 1;
+        world.visible(&site, &arrival)
+    });
+    visibility.push(visible);
+    out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
 }
 
 /// Whether a vertex must be traced (again) where its neighbours see more or less of a light: what it knows was inferred,
 /// or comes from too few points to tell a penumbra.
 #[must_use]
-pub fn is_unconfirmed(source: &Source, known: Visibility) -> bool {
+pub fn is_unconfirmed(light: Emitter<'_>, known: Visibility) -> bool {
     match known.origin {
         Origin::Inferred => true,
-        Origin::Sampled => matches!(source, Source::Area(_)) && known.points < PENUMBRA_POINTS,
+        Origin::Sampled => known.points < in_turns(light, PENUMBRA_POINTS),
         Origin::Deferred | Origin::Unknown => false,
     }
 }
 
 /// Traces a light with enough points for a penumbra.
 fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
-    if let Source::Delta(_) = source_of(world, light) {
+    let emitter = world.lights.mesh(light as usize);
+    if emitter.is_delta() {
         return sample(world, cache, (id, light), PENUMBRA_POINTS, out);
     }
-    let strengths = strengths(world, cache, id);
-    let all = strengths.iter().map(|s| s.0).sum();
+    let points = if is_strong(world, cache, (id, light)) { STRONG_POINTS } else { PENUMBRA_POINTS };
     let known = cache.layers[light as usize].visibility.get(id.0);
-    let mut round = AreaRound::new(world, cache, (id, light), known, out);
-    round.trace(penumbra_points(strengths[light as usize].0, all), out);
+    let mut round = Round::new(world, cache, (id, light), known, out);
+    round.trace(in_turns(emitter, points), out);
     round.finish(out);
 }
 
 /// Traces as many points again of each area light that is partly visible.
 fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
-    for (light, source) in (0_u32..).zip(&world.lights.sources) {
+    for (light, emitter) in (0_u32..).zip(world.lights.meshes()) {
         let known = cache.layers[light as usize].visibility.get(id.0);
-        if world.lights.is_on(light as usize) && is_doubled(source, known) {
-            let mut round = AreaRound::new(world, cache, (id, light), known, out);
+        if world.lights.mesh_is_on(light as usize) && is_doubled(emitter, known) {
+            let mut round = Round::new(world, cache, (id, light), known, out);
             round.trace(known.points * 2, out);
             round.finish(out);
         }
@@ -251,16 +264,18 @@ fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
 
 /// Whether more points of a light would tell more: in its penumbra, and everywhere if it has no closed form.
 #[must_use]
-pub fn is_doubled(source: &Source, known: Visibility) -> bool {
-    let Source::Area(area) = source else { return false };
+pub fn is_doubled(light: Emitter<'_>, known: Visibility) -> bool {
+    if light.all_points().is_some() {
+        return false;
+    }
     // Where neighbours agree, few points were taken and none are needed.
-    let penumbra = known.points >= PENUMBRA_POINTS;
-    let sampled = known.points > 0 && known.fraction() > 0.0 && !area.has_closed_form();
+    let penumbra = known.points >= in_turns(light, PENUMBRA_POINTS);
+    let sampled = known.points > 0 && known.fraction() > 0.0 && !light.has_closed_form();
     (penumbra || sampled) && known.points < MAX_POINTS
 }
 
-/// A round of points of one area light at one vertex.
-struct AreaRound<'a> {
+/// A round of points of one mesh, of an area light or a group, at one vertex.
+struct Round<'a> {
     world: &'a World<'a>,
     cache: &'a Cache,
     id: VertexId,
@@ -270,7 +285,7 @@ struct AreaRound<'a> {
     first: usize,
 }
 
-impl<'a> AreaRound<'a> {
+impl<'a> Round<'a> {
     fn new(
         world: &'a World<'a>,
         cache: &'a Cache,
@@ -286,14 +301,10 @@ impl<'a> AreaRound<'a> {
 
     /// Adds points until there are `until`.
     fn trace(&mut self, until: u32, out: &mut Results) {
-        let Source::Area(source) = &self.world.lights.sources[self.light as usize] else { return };
-        let vertex = &self.cache.vertices[self.id.0];
-        let site = vertex.site();
-        let sequence = self.world.sequence(&site, self.light);
-        let sampler = source.at(vertex.position);
+        let site = self.cache.vertices[self.id.0].site();
+        let points = self.world.points(&site, self.light as usize);
         while self.visibility.points < until {
-            let [u, v, ..] = sequence.point(self.visibility.points);
-            let arrival = sampler.sample(self.world.scene, [u, v]);
+            let arrival = points.sample(self.world.scene, self.visibility.points);
             let lit = arrival
                 .filter(|a| self.cache.slots_of(self.id).any(|s| self.cache.slots[s.0].normal.dot(a.direction) > 0.0));
             // Points that no normal faces carry no weight; as visible ones they do not pretend a penumbra.
@@ -303,13 +314,7 @@ impl<'a> AreaRound<'a> {
             });
             self.visibility.push(visible);
             let Some(arrival) = lit else { continue };
-            for (slot, sum) in &mut out.sums[self.first..] {
-                let cosine = self.cache.slots[slot.0].normal.dot(arrival.direction).max(0.0);
-                sum.unoccluded += luminance(arrival.mean_facing) * cosine;
-                if visible {
-                    sum.visible += arrival.facing * cosine;
-                }
-            }
+            weigh(self.cache, &arrival, visible, &mut out.sums[self.first..]);
         }
     }
 
@@ -321,6 +326,17 @@ impl<'a> AreaRound<'a> {
     fn finish(self, out: &mut Results) {
         let sums = (out.sums.len() - self.first) as u32;
         out.lights.push(LightResult { vertex: self.id, light: self.light, visibility: self.visibility, sums });
+    }
+}
+
+/// Adds the light of a point to the sums of slots.
+pub(super) fn weigh(cache: &Cache, arrival: &Arrival, visible: bool, sums: &mut [(SlotId, AreaSum)]) {
+    for (slot, sum) in sums {
+        let cosine = cache.slots[slot.0].normal.dot(arrival.direction).max(0.0);
+        sum.unoccluded += luminance(arrival.mean_facing) * cosine;
+        if visible {
+            sum.visible += arrival.facing * cosine;
+        }
     }
 }
 

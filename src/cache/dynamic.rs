@@ -156,7 +156,7 @@ pub struct Cache {
     pub vertices: Pool<Vertex>,
     /// The hierarchy.
     pub topology: Topology,
-    /// One static mesh a light, in the scene's order.
+    /// One static mesh a light or group of lights, in the order of the light meshes.
     pub layers: Vec<Layer>,
     /// The static mesh of indirect light.
     pub indirect: IndirectLayer,
@@ -181,7 +181,7 @@ pub struct Split {
 }
 
 impl Cache {
-    /// An empty cache for a scene with `lights` lights.
+    /// An empty cache for a scene with `lights` light meshes.
     #[must_use]
     pub fn new(scene: &Scene, lights: usize) -> Self {
         Self { layers: vec![Layer::default(); lights], diagonal: scene.diagonal(), ..Self::default() }

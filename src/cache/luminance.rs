@@ -1,12 +1,12 @@
 //! Luminance shown at a slot, from the samples of its vertex: no ray is traced here.
 
 use super::dynamic::{Cache, SlotId};
-use super::layer::Layer;
 use super::vertex::Vertex;
-use crate::estimate::visibility::{Origin, REMEMBERED, Visibility};
+use crate::estimate::visibility::{AreaSum, Origin, REMEMBERED, Visibility};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;
 use crate::scene::light::LightKind;
+use crate::shade::light_mesh::Emitter;
 use crate::shade::lights::{AreaSource, ClosedForm, Receiver, Source, delta_arrival};
 use crate::shade::phong::lobe;
 use crate::shade::world::World;
@@ -51,7 +51,6 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
     let place = Place {
         world,
         vertex,
-        slot,
         receiver: Receiver {
             x: vertex.position,
             normal: record.normal,
@@ -61,17 +60,19 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
         shines: record.shininess.is_some(),
     };
     let mut sum = Sum::default();
-    for (light, (source, layer)) in (0_u32..).zip(world.lights.sources.iter().zip(&cache.layers)) {
-        let factor = world.lights.factor(light as usize);
+    for (light, (emitter, layer)) in world.lights.meshes().zip(&cache.layers).enumerate() {
+        let factor = world.lights.mesh_factor(light);
         if factor == Vec3::ZERO {
             continue;
         }
         let visibility = layer.visibility.get(record.vertex.0);
-        let spread = spread(source, visibility);
+        let spread = spread(emitter, visibility);
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
-            let part = match source {
-                Source::Delta(kind) => place.delta(kind, visibility),
-                Source::Area(area) => place.area((light, area, layer), visibility),
+            let samples = Samples { light, visibility, sum: layer.sums.get(slot.0) };
+            let part = match emitter {
+                Emitter::Single(Source::Delta(kind)) => place.delta(kind, visibility.fraction()),
+                Emitter::Single(Source::Area(area)) => place.area(area, samples),
+                Emitter::Group(_) => place.group(emitter, samples),
             };
             sum.add(part.times(factor), spread);
         }
@@ -116,12 +117,27 @@ impl Sum {
 }
 
 /// Variance of a light at a slot over the square of what is unoccluded.
-fn spread(source: &Source, visibility: Visibility) -> f32 {
-    let mut spread = fraction_variance(visibility, visibility.fraction());
-    if visibility.points > 0 && matches!(source, Source::Area(area) if !area.has_closed_form()) {
+fn spread(emitter: Emitter<'_>, visibility: Visibility) -> f32 {
+    let mut spread = match (visibility.origin, emitter) {
+        (Origin::Sampled, Emitter::Group(_)) => group_variance(emitter, visibility),
+        _ => fraction_variance(visibility, visibility.fraction()),
+    };
+    if visibility.points > 0 && !emitter.has_closed_form() {
         spread += SAMPLED / visibility.points as f32;
     }
     spread
+}
+
+/// Variance of the visible fraction of a group. Where each member has had its turns, only what differs from turn to turn is noise.
+fn group_variance(group: Emitter<'_>, visibility: Visibility) -> f32 {
+    let (count, points) = (group.count(), visibility.points);
+    if group.all_points().is_some_and(|all| points >= all) {
+        return 0.0;
+    }
+    match visibility.change_after(count).filter(|_| points >= REMEMBERED) {
+        Some(change) => change * 0.5 * STRATIFIED / points as f32,
+        None => fraction_variance(visibility, visibility.fraction()),
+    }
 }
 
 /// Variance of a visible fraction.
@@ -138,11 +154,30 @@ fn fraction_variance(visibility: Visibility, fraction: f32) -> f32 {
     }
 }
 
+/// What a slot knows of a light mesh.
+#[derive(Clone, Copy, Debug, Default)]
+struct Samples {
+    light: usize,
+    visibility: Visibility,
+    sum: AreaSum,
+}
+
+impl Samples {
+    /// Whether any point counts at the slot.
+    fn weigh(self) -> bool {
+        self.visibility.points > 0 && self.sum.unoccluded > 0.0
+    }
+
+    /// Visible irradiance where it would be `unoccluded` without occlusion, if any point tells.
+    fn of_closed_form(self, unoccluded: Vec3) -> Option<Vec3> {
+        self.weigh().then(|| self.sum.visible * (luminance(unoccluded) / self.sum.unoccluded))
+    }
+}
+
 /// A slot that is being lit.
 struct Place<'a> {
     world: &'a World<'a>,
     vertex: &'a Vertex,
-    slot: SlotId,
     receiver: Receiver,
     /// Whether its material has highlights.
     shines: bool,
@@ -159,56 +194,80 @@ enum Appearance<'a> {
 }
 
 impl Place<'_> {
-    fn delta(&self, kind: &LightKind, visibility: Visibility) -> Part {
+    fn delta(&self, kind: &LightKind, fraction: f32) -> Part {
         let Some(arrival) = delta_arrival(kind, self.receiver.x) else { return Part::default() };
         let Receiver { normal, to_eye, shininess, .. } = self.receiver;
         let unoccluded = arrival.facing * normal.dot(arrival.direction).max(0.0);
-        let irradiance = unoccluded * visibility.fraction();
+        let irradiance = unoccluded * fraction;
         let lobe = if self.shines { lobe(shininess, normal, arrival.direction, to_eye) } else { 0.0 };
         Part { irradiance, unoccluded, specular: irradiance * lobe }
     }
 
-    fn area(&self, (light, source, layer): (u32, &AreaSource, &Layer), visibility: Visibility) -> Part {
-        let Receiver { x, normal, .. } = self.receiver;
-        let appearance = if source.is_distant(x, normal) {
-            Appearance::Distant(source.distant_irradiance(x, normal))
-        } else {
-            source.closed_form(x).map_or(Appearance::Sampled, Appearance::Form)
-        };
-        let (irradiance, unoccluded) = self.irradiance((source, layer), &appearance, visibility);
+    fn area(&self, source: &AreaSource, samples: Samples) -> Part {
+        let appearance = self.appearance(source);
+        let (irradiance, unoccluded) = self.irradiance(source, &appearance, samples);
         let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO };
-        if self.shines && visibility.fraction() > 0.0 {
+        if self.shines && samples.visibility.fraction() > 0.0 {
             let full = self.highlight(source, &appearance, luminance(unoccluded) * COLOURLESS);
             if full != Vec3::ZERO {
-                part.specular = full * self.lobe_visibility((light, source), visibility);
+                part.specular = full * self.lobe_visibility(samples);
             }
         }
         part
     }
 
+    /// Light of a group: what its sources send without occlusion, each exactly, times the fraction that they share.
+    fn group(&self, group: Emitter<'_>, samples: Samples) -> Part {
+        let mut all = Part::default();
+        for (source, factor) in group.sources().filter(|(_, factor)| *factor != Vec3::ZERO) {
+            let part = match source {
+                Source::Delta(kind) => self.delta(kind, 1.0),
+                Source::Area(area) => self.unoccluded(area),
+            };
+            all.irradiance += part.unoccluded * factor;
+            all.specular += part.specular * factor;
+        }
+        let full = all.irradiance;
+        let fraction = samples.visibility.fraction();
+        // A few points have the colours of a few members.
+        let sampled = samples.of_closed_form(full).filter(|_| fraction < 1.0);
+        let irradiance = sampled.unwrap_or(full * fraction);
+        let shines = fraction > 0.0 && all.specular != Vec3::ZERO;
+        let specular = if shines { all.specular * self.lobe_visibility(samples) } else { Vec3::ZERO };
+        Part { irradiance, unoccluded: full, specular }
+    }
+
+    /// An area light of a closed form as if nothing occluded it.
+    fn unoccluded(&self, source: &AreaSource) -> Part {
+        let appearance = self.appearance(source);
+        let (_, unoccluded) = self.irradiance(source, &appearance, Samples::default());
+        let floor = luminance(unoccluded) * COLOURLESS;
+        let specular = if self.shines { self.highlight(source, &appearance, floor) } else { Vec3::ZERO };
+        Part { irradiance: unoccluded, unoccluded, specular }
+    }
+
+    fn appearance<'b>(&self, source: &'b AreaSource) -> Appearance<'b> {
+        let Receiver { x, normal, .. } = self.receiver;
+        if source.is_distant(x, normal) {
+            return Appearance::Distant(source.distant_irradiance(x, normal));
+        }
+        source.closed_form(x).map_or(Appearance::Sampled, Appearance::Form)
+    }
+
     /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible fraction, or
     /// the mean of the samples where there is no closed form.
-    fn irradiance(
-        &self,
-        (source, layer): (&AreaSource, &Layer),
-        appearance: &Appearance<'_>,
-        visibility: Visibility,
-    ) -> (Vec3, Vec3) {
-        let sum = layer.sums.get(self.slot.0);
-        let sampled = visibility.points > 0 && sum.unoccluded > 0.0;
+    fn irradiance(&self, source: &AreaSource, appearance: &Appearance<'_>, samples: Samples) -> (Vec3, Vec3) {
+        let Samples { visibility, sum, .. } = samples;
         let unoccluded = match appearance {
             Appearance::Distant(irradiance) => *irradiance,
             Appearance::Form(form) => form.irradiance(self.receiver.normal),
-            Appearance::Sampled if sampled => {
+            Appearance::Sampled if samples.weigh() => {
                 let mean = sum.visible / visibility.points as f32;
                 return (mean, mean / visibility.fraction().max(0.05));
             }
             Appearance::Sampled => unoccluded_estimate(self.world, source, self.receiver.x, self.receiver.normal),
         };
-        if sampled {
-            return (sum.visible * (luminance(unoccluded) / sum.unoccluded), unoccluded);
-        }
-        (unoccluded * visibility.fraction(), unoccluded)
+        (samples.of_closed_form(unoccluded).unwrap_or(unoccluded * visibility.fraction()), unoccluded)
     }
 
     /// Highlight without occlusion.
@@ -223,18 +282,16 @@ impl Place<'_> {
     }
 
     /// Visible share of a highlight: the remembered points weighted by what each adds to it, the plain fraction where none does.
-    fn lobe_visibility(&self, (light, source): (u32, &AreaSource), visibility: Visibility) -> f32 {
+    fn lobe_visibility(&self, Samples { light, visibility, .. }: Samples) -> f32 {
         let fraction = visibility.fraction();
         if visibility.points == 0 || fraction == 1.0 {
             return fraction;
         }
-        let Receiver { x, normal, to_eye, shininess } = self.receiver;
-        let sequence = self.world.sequence(&self.vertex.site(), light);
-        let sampler = source.at(x);
+        let Receiver { normal, to_eye, shininess, .. } = self.receiver;
+        let points = self.world.points(&self.vertex.site(), light);
         let (mut seen, mut all) = (0.0, 0.0);
         for (index, visible) in visibility.remembered() {
-            let [u, v, ..] = sequence.point(index);
-            if let Some(a) = sampler.sample(self.world.scene, [u, v]) {
+            if let Some(a) = points.sample(self.world.scene, index) {
                 let cosine = normal.dot(a.direction).max(0.0);
                 let weight = luminance(a.facing) * cosine * lobe(shininess, normal, a.direction, to_eye);
                 all += weight;

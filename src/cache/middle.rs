@@ -7,7 +7,7 @@ use super::dynamic::Cache;
 use super::topology::NodeId;
 use super::vertex::VertexId;
 use crate::estimate::visibility::{Origin, Visibility};
-use crate::shade::lights::{Arrival, Source, delta_arrival};
+use crate::shade::light_mesh::Emitter;
 use crate::shade::world::{Site, World};
 use smallvec::SmallVec;
 use std::f32::consts::PI;
@@ -16,7 +16,7 @@ use std::f32::consts::PI;
 const WEAK: f32 = 0.03;
 /// Cosine between a facet and a light below which the facet's own body hides it, whatever the shading normals say.
 const GRAZING: f32 = 0.05;
-/// Points of an area light that tell how much of it is visible where the first says otherwise than the corners do.
+/// Points of an area light, or a group of them, that tell how much of it is visible where the first says otherwise than the corners do.
 const POINTS: u32 = 16;
 
 /// What rays from between the corners of a leaf found.
@@ -33,10 +33,10 @@ pub struct Surprise {
 #[must_use]
 pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 3]), rays: &mut u64) -> Surprise {
     let site = cache.inner_vertex(id, weights).site();
-    let strength = |(light, source): (usize, &Source)| {
-        source.strength(site.position, site.normal) * world.lights.factor(light).max_element()
+    let strength = |(light, emitter): (usize, Emitter<'_>)| {
+        emitter.strength(site.position, site.normal) * world.lights.mesh_factor(light).max_element()
     };
-    let strengths: SmallVec<[f32; 128]> = world.lights.sources.iter().enumerate().map(strength).collect();
+    let strengths: SmallVec<[f32; 128]> = world.lights.meshes().enumerate().map(strength).collect();
     let weak = WEAK * strengths.iter().sum::<f32>();
     let mut surprise = Surprise::default();
     for (light, &strength) in strengths.iter().enumerate().filter(|(_, strength)| **strength > weak) {
@@ -52,19 +52,20 @@ pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 
 
 /// Share of a light that is visible though it should not be, or hidden though it should be visible.
 fn disagreement(world: &World<'_>, site: &Site, (light, visible): (usize, bool), rays: &mut u64) -> f32 {
+    let points = world.points(site, light);
     let mut differs = |point: u32| {
-        let arrival = arrival(world, (light, point), site).filter(|a| a.direction.dot(site.normal) > GRAZING);
+        let arrival = points.sample(world.scene, point).filter(|a| a.direction.dot(site.normal) > GRAZING);
         arrival.is_some_and(|arrival| {
             *rays += 1;
             world.visible(site, &arrival) != visible
         })
     };
-    match (differs(0), &world.lights.sources[light]) {
-        (false, _) => 0.0,
-        (true, Source::Delta(_)) => 1.0,
-        // One point says no more than that there is something.
-        (true, Source::Area(_)) => (1 + (1..POINTS).filter(|&point| differs(point)).count()) as f32 / POINTS as f32,
+    if !differs(0) {
+        return 0.0;
     }
+    // One point of an area light or a group says no more than that there is something.
+    let all = world.lights.mesh(light).all_points().unwrap_or(POINTS);
+    (1 + (1..all).filter(|&point| differs(point)).count()) as f32 / all as f32
 }
 
 /// Whether a light is visible, if all corners of a node know and agree.
@@ -75,15 +76,4 @@ fn agreed(cache: &Cache, light: usize, id: NodeId) -> Option<bool> {
     let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
     let agree = settled && corners.iter().all(|c| c.fraction() == first) && (first == 0.0 || first == 1.0);
     agree.then_some(first == 1.0)
-}
-
-/// The light that a ray is traced for: the `point`-th of the random ones of an area light.
-fn arrival(world: &World<'_>, (light, point): (usize, u32), site: &Site) -> Option<Arrival> {
-    match &world.lights.sources[light] {
-        Source::Delta(kind) => delta_arrival(kind, site.position),
-        Source::Area(area) => {
-            let [u, v, ..] = world.sequence(site, light as u32).point(point);
-            area.at(site.position).sample(world.scene, [u, v])
-        }
-    }
 }

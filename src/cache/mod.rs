@@ -13,6 +13,7 @@ pub mod luminance;
 pub mod middle;
 pub mod pixels;
 pub mod pool;
+pub mod remix;
 pub mod topology;
 pub mod vertex;
 pub mod weld;

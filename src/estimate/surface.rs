@@ -3,10 +3,10 @@
 use crate::geom::{Hit, Ray};
 use crate::math::luminance;
 use crate::scene::Scene;
+use crate::shade::light_choice::{Drawn, LightChoice};
 use crate::shade::lights::{Arrival, Source, delta_arrival};
 use crate::shade::world::World;
 use glam::Vec3;
-use smallvec::SmallVec;
 
 /// A diffuse surface point.
 #[derive(Clone, Copy, Debug)]
@@ -42,26 +42,15 @@ impl DiffusePoint {
     /// Irradiance from one light, drawn in proportion to the bound of what it can send here, by one shadow ray: an unbiased
     /// estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of the light.
     pub fn direct(&self, world: &World<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
-        let sources = &world.lights.sources;
-        let factor = |light: usize| world.lights.factor(light);
-        let bound =
-            |(light, source): (usize, &Source)| source.bound(self.origin, self.normal) * factor(light).max_element();
-        let bounds: SmallVec<[f32; 128]> = sources.iter().enumerate().map(bound).collect();
-        let total: f32 = bounds.iter().sum();
-        let mut target = pick * total;
-        let chosen = bounds.iter().position(|&bound| {
-            let found = bound > 0.0 && target < bound;
-            target -= bound;
-            found
-        });
-        // Rounding may run past the end; the last light that can contribute stands in.
-        let Some(light) = chosen.or_else(|| bounds.iter().rposition(|&b| b > 0.0)) else { return Vec3::ZERO };
-        let arrival = match &sources[light] {
+        let mut choice = LightChoice::default();
+        choice.prepare(world.lights, self.origin, self.normal);
+        let Some(Drawn { light, inverse_chance }) = choice.draw(world.lights, pick) else { return Vec3::ZERO };
+        let arrival = match &world.lights.sources[light] {
             Source::Delta(kind) => delta_arrival(kind, self.origin),
             Source::Area(area) => area.sample_for(world.scene, (self.origin, self.normal), [u, v]),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
-        let value = arrival.facing * factor(light) * self.normal.dot(arrival.direction).max(0.0);
+        let value = arrival.facing * world.lights.factor(light) * self.normal.dot(arrival.direction).max(0.0);
         if luminance(value) <= 0.0 || arrival.direction.dot(self.facet) <= 0.0 {
             return Vec3::ZERO;
         }
@@ -69,7 +58,7 @@ impl DiffusePoint {
         if world.bvh.occluded(world.scene, &self.shadow_ray(&arrival)) {
             return Vec3::ZERO;
         }
-        value * (total / bounds[light])
+        value * inverse_chance
     }
 
     fn shadow_ray(&self, arrival: &Arrival) -> Ray {

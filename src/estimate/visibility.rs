@@ -55,6 +55,16 @@ impl Visibility {
         (0..self.points.min(REMEMBERED)).map(move |i| (self.points - 1 - i, self.mask >> i & 1 == 1))
     }
 
+    /// Share of the remembered points that are visible where the one `distance` before was not or the other way round, with half a
+    /// point of doubt; `None` if there are not enough to tell.
+    #[must_use]
+    pub fn change_after(self, distance: u32) -> Option<f32> {
+        const LEAST_PAIRS: u32 = 4;
+        let pairs = self.points.min(REMEMBERED).checked_sub(distance).filter(|&pairs| pairs >= LEAST_PAIRS)?;
+        let changed = (self.mask ^ self.mask >> distance) & (u16::MAX >> (REMEMBERED - pairs));
+        Some((changed.count_ones() as f32 + 0.5) / (pairs + 1) as f32)
+    }
+
     /// Visible fraction of the light: over all points, or as taken over.
     #[must_use]
     pub fn fraction(self) -> f32 {

@@ -21,27 +21,15 @@ impl Tracer<'_> {
             let point_of = |light: usize| if light == 0 { point } else { random.other_light(light as u32) };
             return (0..sources.len()).map(|light| self.light_of(surface, light, point_of(light))).sum();
         }
-        self.bounds.clear();
-        self.bounds.extend(sources.iter().map(|s| s.bound(surface.origin, surface.normal)));
-        self.total_bound = self.bounds.iter().sum();
-        let mut target = random.pick() * self.total_bound;
-        let chosen = self.bounds.iter().position(|&bound| {
-            let found = bound > 0.0 && target < bound;
-            target -= bound;
-            found
-        });
-        // Rounding may run past the end; the last light that can contribute stands in.
-        let light = chosen.or_else(|| self.bounds.iter().rposition(|&b| b > 0.0));
-        light.map_or(Vec3::ZERO, |light| self.light_of(surface, light, point) * (self.total_bound / self.bounds[light]))
+        self.choice.prepare(world.lights, surface.origin, surface.normal);
+        let drawn = self.choice.draw(world.lights, random.pick());
+        drawn.map_or(Vec3::ZERO, |drawn| self.light_of(surface, drawn.light, point) * drawn.inverse_chance)
     }
 
     /// Probability with which [`Self::direct`] took the light at the surface it was last asked for.
     fn chance(&self, light: usize) -> f32 {
-        if self.world.lights.sources.len() <= SAMPLE_ALL {
-            return 1.0;
-        }
-        let bound = self.bounds[light];
-        if bound > 0.0 { bound / self.total_bound } else { 0.0 }
+        let lights = self.world.lights;
+        if lights.sources.len() <= SAMPLE_ALL { 1.0 } else { self.choice.chance(lights, light) }
     }
 
     /// One sample of one light.

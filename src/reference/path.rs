@@ -6,6 +6,7 @@ use crate::geom::{Hit, Ray};
 use crate::math::{combine, sequence::Sequence};
 use crate::scene::camera::View;
 use crate::scene::footprint::Footprint;
+use crate::shade::light_choice::LightChoice;
 use crate::shade::world::World;
 use glam::{Vec2, Vec3};
 use std::cell::OnceCell;
@@ -44,9 +45,8 @@ const CREASE: f32 = 0.999;
 pub struct Tracer<'a> {
     pub(super) world: &'a World<'a>,
     pub(super) settings: Settings,
-    /// Bound of each light where direct light was last sampled, and their sum; kept so that no sample allocates.
-    pub(super) bounds: Vec<f32>,
-    pub(super) total_bound: f32,
+    /// The choice of a light where direct light was last sampled.
+    pub(super) choice: LightChoice,
     rays: u64,
 }
 
@@ -111,7 +111,7 @@ fn primary(view: &View, point: Vec2) -> Ray {
 impl<'a> Tracer<'a> {
     /// A tracer that has traced nothing.
     pub fn new(world: &'a World<'a>, settings: Settings) -> Self {
-        Self { world, settings, bounds: Vec::new(), total_bound: 0.0, rays: 0 }
+        Self { world, settings, choice: LightChoice::default(), rays: 0 }
     }
 
     /// Rays traced so far.

@@ -53,10 +53,10 @@ impl Engine {
         let mut by_node: FxHashMap<NodeId, NodePixels> =
             due.into_iter().map(|id| (id, NodePixels::default())).collect();
         for leaf in pixels {
-            if !counted.complete || self.published.is_uncounted(leaf.leaf, counted.sequence) {
-                if let Some(found) = by_node.get_mut(&self.cache.leaves[leaf.leaf.0].node) {
-                    found.add(leaf);
-                }
+            let is_new = !counted.complete || self.published.is_uncounted(leaf.leaf, counted.sequence);
+            let node = self.cache.leaves[leaf.leaf.0].node;
+            if let Some(found) = by_node.get_mut(&node).filter(|_| is_new) {
+                found.add(leaf);
             }
         }
         let mut found: Vec<(NodeId, NodePixels)> = by_node.into_iter().collect();

@@ -109,8 +109,8 @@ impl Engine {
     /// An engine with an empty cache.
     #[must_use]
     pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, options: Options) -> Self {
-        let lights = Lights::new(&scene);
-        let mut cache = Cache::new(&scene, lights.sources.len());
+        let lights = Lights::in_meshes(&scene, options.max_light_meshes);
+        let mut cache = Cache::new(&scene, lights.mesh_count());
         cache.indirect.filter = options.filter;
         Self {
             weld: Weld::new(&scene),

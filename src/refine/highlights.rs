@@ -89,18 +89,21 @@ impl Engine {
         let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.eye);
         let floor = FLOOR * self.image.mean() + shown.iter().fold(f32::INFINITY, |m, &s| m.min(s));
         let mut hidden = Hidden::default();
-        for (light, (source, layer)) in self.lights.sources.iter().zip(&self.cache.layers).enumerate() {
-            let factor = self.lights.factor(light);
+        for (light, (emitter, layer)) in self.lights.meshes().zip(&self.cache.layers).enumerate() {
+            let factor = self.lights.mesh_factor(light);
             let visible = vertices.map(|v| layer.visibility.get(v.0).fraction()).iter().sum::<f32>() / 3.0;
             if visible == 0.0 || factor == Vec3::ZERO {
                 continue;
             }
-            let least = (floor + hidden.surplus) / (visible * factor.max_element());
-            let Some(peak) = triangle.peak(&self.scene, source, least) else { continue };
-            let drawn = Vec3::from(shown).dot(Vec3::from(peak.at));
-            let surplus = luminance(peak.specular * factor) * visible - drawn;
-            if surplus > hidden.surplus {
-                hidden = Hidden { surplus, share: peak.share };
+            for (source, beside) in emitter.sources().filter(|(_, beside)| *beside != Vec3::ZERO) {
+                let factor = factor * beside;
+                let least = (floor + hidden.surplus) / (visible * factor.max_element());
+                let Some(peak) = triangle.peak(&self.scene, source, least) else { continue };
+                let drawn = Vec3::from(shown).dot(Vec3::from(peak.at));
+                let surplus = luminance(peak.specular * factor) * visible - drawn;
+                if surplus > hidden.surplus {
+                    hidden = Hidden { surplus, share: peak.share };
+                }
             }
         }
         hidden

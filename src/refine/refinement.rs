@@ -276,40 +276,44 @@ impl Engine {
 
     /// Values inferred or hardly traced, at corners of nodes whose other corners disagree with them.
     fn contradictions(&self, nodes: &[NodeId]) -> Vec<Job> {
-        let mut found = FxHashSet::default();
-        let mut jobs = Vec::new();
-        for &node in nodes {
-            if self.cache.topology.nodes[node.0].child.is_some() {
+        let of_chunk = |chunk: &[NodeId]| {
+            let mut found = Vec::new();
+            chunk.iter().for_each(|&node| self.contradictions_of(node, &mut found));
+            found
+        };
+        let mut taken = FxHashSet::default();
+        let found = self.workers.map_chunks(nodes, of_chunk).into_iter().flatten();
+        let first = found.filter(|&open| taken.insert(open));
+        first.map(|(vertex, light)| Job { vertex, wanted: Wanted::Confirm { light } }).collect()
+    }
+
+    /// The same of one node, as vertices and lights.
+    fn contradictions_of(&self, node: NodeId, found: &mut Vec<(VertexId, u32)>) {
+        if self.cache.topology.nodes[node.0].child.is_some() {
+            return;
+        }
+        let corners = self.cache.drawn_vertices(node);
+        for (light, layer) in (0_u32..).zip(&self.cache.layers) {
+            let known = |v: VertexId| layer.visibility.get(v.0);
+            let first = known(corners[0]).fraction();
+            // One that is off may wait.
+            if corners.iter().all(|&v| known(v).fraction() == first) || !self.lights.mesh_is_on(light as usize) {
                 continue;
             }
-            let corners = self.cache.drawn_vertices(node);
-            for (light, layer) in (0_u32..).zip(&self.cache.layers) {
-                let known = |v: VertexId| layer.visibility.get(v.0);
-                let first = known(corners[0]).fraction();
-                if corners.iter().all(|&v| known(v).fraction() == first) {
-                    continue;
-                }
-                // One that is off may wait.
-                if !self.lights.is_on(light as usize) {
-                    continue;
-                }
-                let source = &self.lights.sources[light as usize];
-                for &vertex in &corners {
-                    let open = direct::is_unconfirmed(source, known(vertex)) && self.can_light(vertex, light);
-                    if open && found.insert((vertex, light)) {
-                        jobs.push(Job { vertex, wanted: Wanted::Confirm { light } });
-                    }
+            let emitter = self.lights.mesh(light as usize);
+            for &vertex in &corners {
+                if direct::is_unconfirmed(emitter, known(vertex)) && self.can_light(vertex, light) {
+                    found.push((vertex, light));
                 }
             }
         }
-        jobs
     }
 
     /// Whether a light can reach any normal of a vertex at all.
     fn can_light(&self, vertex: VertexId, light: u32) -> bool {
         let position = self.cache.vertices[vertex.0].position;
-        let source = &self.lights.sources[light as usize];
-        self.cache.slots_of(vertex).any(|slot| source.bound(position, self.cache.slots[slot.0].normal) > 0.0)
+        let emitter = self.lights.mesh(light as usize);
+        self.cache.slots_of(vertex).any(|slot| emitter.bound(position, self.cache.slots[slot.0].normal) > 0.0)
     }
 
     /// Surpluses of the split leaves, shares of their children, and new keys for everything around what changed.
@@ -396,8 +400,8 @@ impl Engine {
 
     /// Rays that a vertex's task would take.
     fn rays_of(&self, task: Task) -> f32 {
-        let lights = self.lights.sources.iter().zip(&self.cache.layers).enumerate();
-        let lit = lights.filter(|(light, _)| self.lights.is_on(*light));
+        let lights = self.lights.meshes().zip(&self.cache.layers).enumerate();
+        let lit = lights.filter(|(light, _)| self.lights.mesh_is_on(*light));
         let known = |v: VertexId| lit.map(move |(_, (s, l))| (s, l.visibility.get(v.0)));
         let rays: u32 = match task {
             Task::Split(_) | Task::Inner(_) | Task::Audit(_) | Task::Gather(_) | Task::Refine(_) => 0,

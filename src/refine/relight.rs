@@ -4,22 +4,27 @@
 use super::engine::{Engine, Visible};
 use super::update::Update;
 use crate::cache::dynamic::SlotId;
+use crate::cache::remix::remix;
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
+use crate::shade::world::World;
 use glam::Vec3;
 
 impl Engine {
     /// Changes what the lights emit to `factors` times what the scene says, in the order of its lights, and takes a view, of
     /// a new generation: the returned update shows everything visible in the new light.
     ///
-    /// Direct light is exact at once as far as it was known. Indirect light is, too, if all lights change by the same factor
+    /// Direct light is exact at once as far as it was known, but for lights that share a mesh and change against each other: where
+    /// much has been traced in their penumbra, the fraction that was visible stands in until it is traced again. Indirect light is, too, if all lights change by the same factor
     /// or go back to what they were before the last change; otherwise it is a guess until it is gathered again, which vertices
     /// do in order of what that is worth to the image.
     pub fn relight(&mut self, factors: &[Vec3], visible: &Visible) -> Update {
         let before = self.lights.lighting();
-        self.lights.set_factors(factors);
+        let mixed = self.lights.set_factors(factors);
         let now = self.lights.lighting();
         if before != now {
+            let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
+            mixed.into_iter().for_each(|light| remix(&world, &mut self.cache, light));
             for vertex in std::mem::take(&mut self.enclosed) {
                 self.cache.vertices[vertex.0].progress.covered = false;
             }

@@ -92,6 +92,11 @@ impl AreaSource {
         self.radiance
     }
 
+    /// Upper bound of the luminance of irradiance × squared distance, from wherever it is seen.
+    pub(super) fn reach(&self) -> f32 {
+        self.peak * self.facets.area as f32
+    }
+
     /// Whether [`Self::closed_form`] answers wherever it is asked.
     #[must_use]
     pub fn has_closed_form(&self) -> bool {

@@ -3,6 +3,8 @@
 pub use super::area::{AreaSource, ClosedForm};
 pub use super::area_sampler::Sampler;
 pub use super::area_specular::Receiver;
+use super::grouping::{Candidate, divide};
+use super::light_mesh::{Emitter, Group, Members, sphere};
 use crate::math::luminance;
 use crate::scene::light::{Light, LightKind, spot_falloff};
 use crate::scene::{Scene, TriangleId};
@@ -44,7 +46,21 @@ pub struct Lights {
     factors: Vec<Vec3>,
     /// What each source emits in all directions as the scene has it, W.
     powers: Vec<Vec3>,
+    /// What shares a visible fraction, ordered by the first source.
+    meshes: Vec<LightMesh>,
+    /// The mesh of each source, with its place among those of the mesh.
+    of_source: Vec<(u32, u32)>,
 }
+
+/// The sources of a mesh.
+#[derive(Clone, Debug)]
+enum LightMesh {
+    Single(u32),
+    Group(Group),
+}
+
+/// Number of light meshes above which small lights near each other share one, unless said otherwise.
+pub const MAX_LIGHT_MESHES: usize = 128;
 
 /// What all sources emit at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -84,19 +100,82 @@ pub enum Source {
 }
 
 impl Lights {
-    /// Prepares the lights of a scene.
+    /// Prepares the lights of a scene, in at most [`MAX_LIGHT_MESHES`] meshes.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
+        Self::in_meshes(scene, MAX_LIGHT_MESHES)
+    }
+
+    /// Prepares the lights of a scene in at most so many meshes, or as many as there are lights that cannot share one:
+    /// directional ones, those without a closed form.
+    #[must_use]
+    pub fn in_meshes(scene: &Scene, max_meshes: usize) -> Self {
         let members = scene.lights.iter().zip(0..).filter_map(|(light, source)| match &light.kind {
             LightKind::Area { triangles } => Some(triangles.iter().map(move |&t| (t, source))),
             _ => None,
         });
-        Self {
-            sources: scene.lights.iter().map(|light| Source::new(scene, light)).collect(),
-            of_triangle: members.flatten().collect(),
-            factors: vec![Vec3::ONE; scene.lights.len()],
-            powers: scene.lights.iter().map(|light| power(scene, &light.kind)).collect(),
+        let sources: Vec<Source> = scene.lights.iter().map(|light| Source::new(scene, light)).collect();
+        let powers: Vec<Vec3> = scene.lights.iter().map(|light| power(scene, &light.kind)).collect();
+        let meshes = meshes(&sources, &powers, max_meshes);
+        let mut of_source = vec![(0, 0); sources.len()];
+        for (mesh, at) in (0..).zip(&meshes) {
+            (0..).zip(at.members()).for_each(|(place, &source)| of_source[source as usize] = (mesh, place));
         }
+        Self {
+            of_triangle: members.flatten().collect(),
+            factors: vec![Vec3::ONE; sources.len()],
+            sources,
+            powers,
+            meshes,
+            of_source,
+        }
+    }
+
+    /// Number of meshes; those of single sources where there are not too many.
+    #[must_use]
+    pub const fn mesh_count(&self) -> usize {
+        self.meshes.len()
+    }
+
+    /// The sources of a mesh.
+    #[must_use]
+    pub fn mesh(&self, mesh: usize) -> Emitter<'_> {
+        match &self.meshes[mesh] {
+            LightMesh::Single(source) => Emitter::Single(&self.sources[*source as usize]),
+            LightMesh::Group(group) => Emitter::Group(Members { group, sources: &self.sources }),
+        }
+    }
+
+    /// The sources of all meshes.
+    pub fn meshes(&self) -> impl ExactSizeIterator<Item = Emitter<'_>> {
+        (0..self.meshes.len()).map(|mesh| self.mesh(mesh))
+    }
+
+    /// The mesh of a source, and its place there.
+    pub(super) fn mesh_of(&self, source: usize) -> (usize, usize) {
+        let (mesh, place) = self.of_source[source];
+        (mesh as usize, place as usize)
+    }
+
+    /// Indices of the sources of a mesh, ascending. The first is its permanent name, for seeds.
+    #[must_use]
+    pub fn sources_of_mesh(&self, mesh: usize) -> &[u32] {
+        self.meshes[mesh].members()
+    }
+
+    /// What the light of all sources of a mesh counts times now: see [`Self::factor`].
+    #[must_use]
+    pub fn mesh_factor(&self, mesh: usize) -> Vec3 {
+        match &self.meshes[mesh] {
+            LightMesh::Single(source) => self.factors[*source as usize],
+            LightMesh::Group(group) => group.common(),
+        }
+    }
+
+    /// Whether any source of a mesh sends any light now.
+    #[must_use]
+    pub fn mesh_is_on(&self, mesh: usize) -> bool {
+        self.mesh_factor(mesh) != Vec3::ZERO
     }
 
     /// What the light of a source counts times now, by channel: 1 as loaded, 0 switched off. Sources and all that is sampled
@@ -106,16 +185,17 @@ impl Lights {
         self.factors[source]
     }
 
-    /// Whether a source sends any light now.
-    #[must_use]
-    pub fn is_on(&self, source: usize) -> bool {
-        self.factors[source] != Vec3::ZERO
-    }
-
-    /// Changes what sources count times, in the order of [`Self::sources`]; those that `factors` lacks count once.
-    pub fn set_factors(&mut self, factors: &[Vec3]) {
+    /// Changes what sources count times, in the order of [`Self::sources`]; those that `factors` lacks count once. Returns the
+    /// meshes whose sources changed against each other: sums over their points mix them as they were.
+    pub fn set_factors(&mut self, factors: &[Vec3]) -> Vec<usize> {
         let given = factors.iter().copied().chain(std::iter::repeat(Vec3::ONE));
         self.factors.iter_mut().zip(given).for_each(|(factor, given)| *factor = given);
+        let (sources, factors) = (&self.sources, &self.factors);
+        let mixed = |(mesh, at): (usize, &mut LightMesh)| match at {
+            LightMesh::Group(group) => group.relight(sources, factors).then_some(mesh),
+            LightMesh::Single(_) => None,
+        };
+        self.meshes.iter_mut().enumerate().filter_map(mixed).collect()
     }
 
     /// What the sources emit now.
@@ -130,6 +210,44 @@ impl Lights {
     pub fn of_triangle(&self, triangle: TriangleId) -> Option<usize> {
         self.of_triangle.get(&triangle).map(|&source| source as usize)
     }
+}
+
+impl LightMesh {
+    fn members(&self) -> &[u32] {
+        match self {
+            Self::Single(source) => std::slice::from_ref(source),
+            Self::Group(group) => group.members(),
+        }
+    }
+}
+
+/// Which sources share a mesh.
+fn meshes(sources: &[Source], powers: &[Vec3], max_meshes: usize) -> Vec<LightMesh> {
+    let all = 0..sources.len() as u32;
+    if sources.len() <= max_meshes {
+        return all.map(LightMesh::Single).collect();
+    }
+    let (open, single): (Vec<u32>, Vec<u32>) = all.partition(|&i| may_share(&sources[i as usize]));
+    let candidate = |&i: &u32| {
+        let (centre, radius) = sphere(&sources[i as usize]).unwrap_or((Vec3::ZERO, 0.0));
+        let power = f64::from(luminance(powers[i as usize]));
+        let is_delta = matches!(&sources[i as usize], Source::Delta(_));
+        Candidate { centre: centre.as_dvec3(), radius: f64::from(radius), power, is_delta }
+    };
+    let candidates: Vec<Candidate> = open.iter().map(candidate).collect();
+    let parts = divide(&candidates, max_meshes.saturating_sub(single.len()).max(1));
+    let grouped = parts.into_iter().map(|part| match part[..] {
+        [one] => LightMesh::Single(open[one]),
+        _ => LightMesh::Group(Group::new(sources, part.into_iter().map(|i| open[i]).collect())),
+    });
+    let mut meshes: Vec<LightMesh> = single.into_iter().map(LightMesh::Single).chain(grouped).collect();
+    meshes.sort_unstable_by_key(|mesh| mesh.members()[0]);
+    meshes
+}
+
+/// Whether a source has a place, and a closed form for what it sends without occlusion.
+fn may_share(source: &Source) -> bool {
+    sphere(source).is_some() && !matches!(source, Source::Area(area) if !area.has_closed_form())
 }
 
 impl Source {

@@ -1,5 +1,6 @@
 //! What estimators read: the scene, its hierarchy, its lights; immutable while jobs are traced.
 
+use super::light_mesh::Points;
 use super::lights::{Arrival, Lights};
 use crate::geom::Ray;
 use crate::geom::bvh::Bvh;
@@ -62,6 +63,13 @@ impl<'a> World<'a> {
     #[must_use]
     pub const fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a Lights, seed: u64, diagonal: f32) -> Self {
         Self { scene, bvh, lights, seed, contact: diagonal * CONTACT }
+    }
+
+    /// The points of a light mesh as seen from a vertex.
+    #[must_use]
+    pub fn points(&self, site: &Site, mesh: usize) -> Points<'a> {
+        let name = self.lights.sources_of_mesh(mesh)[0];
+        self.lights.mesh(mesh).points(site.position, self.sequence(site, name))
     }
 
     /// The random sequence of a vertex and a light: from their permanent names, never from a thread or a clock.

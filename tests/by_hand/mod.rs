@@ -12,6 +12,7 @@ use penombre::refine::workers::Workers;
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::material::{Material, MaterialId};
 use penombre::scene::{FaceId, Scene, TriangleId};
+use penombre::shade::lights::MAX_LIGHT_MESHES;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -126,6 +127,7 @@ pub fn options(seed: u64) -> Options {
         filter: true,
         hemisphere: Method::Stratified,
         seed,
+        max_light_meshes: MAX_LIGHT_MESHES,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,
         counted: false,

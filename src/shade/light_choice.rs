@@ -1,0 +1,85 @@
+//! One light drawn in proportion to the bound of what it can send to a place: a mesh first, then one of its sources, so that the
+//! cost of many lights is that of their meshes.
+
+use super::light_mesh::{Emitter, Members};
+use super::lights::Lights;
+use glam::Vec3;
+use smallvec::SmallVec;
+
+/// The bounds of all meshes at one place.
+#[derive(Clone, Debug, Default)]
+pub struct LightChoice {
+    x: Vec3,
+    normal: Vec3,
+    bounds: SmallVec<[f32; 128]>,
+    total: f32,
+}
+
+/// A light that was drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawn {
+    /// Index of the source.
+    pub light: usize,
+    /// One over the probability with which it was drawn.
+    pub inverse_chance: f32,
+}
+
+impl LightChoice {
+    /// Bounds what the lights can send to `x` on a surface of unit `normal`.
+    pub fn prepare(&mut self, lights: &Lights, x: Vec3, normal: Vec3) {
+        (self.x, self.normal) = (x, normal);
+        let bound = |(mesh, of): (usize, Emitter<'_>)| of.bound(x, normal) * lights.mesh_factor(mesh).max_element();
+        self.bounds.clear();
+        self.bounds.extend(lights.meshes().enumerate().map(bound));
+        self.total = self.bounds.iter().sum();
+    }
+
+    /// Draws a light by `pick` ∈ [0, 1); `None` where none can send any, or the one that was to be drawn cannot.
+    #[must_use]
+    pub fn draw(&self, lights: &Lights, pick: f32) -> Option<Drawn> {
+        let (mesh, left) = proportionally(&self.bounds, pick * self.total)?;
+        let inverse_chance = self.total / self.bounds[mesh];
+        match lights.mesh(mesh) {
+            Emitter::Single(_) => Some(Drawn { light: lights.sources_of_mesh(mesh)[0] as usize, inverse_chance }),
+            Emitter::Group(members) => {
+                let bounds = self.bounds_of(members);
+                let total: f32 = bounds.iter().sum();
+                let within = (left / self.bounds[mesh]).clamp(0.0, 1.0);
+                let (at, _) = proportionally(&bounds, within * total)?;
+                Some(Drawn { light: members.source(at), inverse_chance: inverse_chance * (total / bounds[at]) })
+            }
+        }
+    }
+
+    /// Probability with which [`Self::draw`] takes a light.
+    #[must_use]
+    pub fn chance(&self, lights: &Lights, light: usize) -> f32 {
+        let (mesh, place) = lights.mesh_of(light);
+        let bound = self.bounds[mesh];
+        let chance = if bound > 0.0 { bound / self.total } else { 0.0 };
+        match lights.mesh(mesh) {
+            Emitter::Single(_) => chance,
+            Emitter::Group(members) => {
+                let bounds = self.bounds_of(members);
+                if bounds[place] > 0.0 { chance * (bounds[place] / bounds.iter().sum::<f32>()) } else { 0.0 }
+            }
+        }
+    }
+
+    fn bounds_of(&self, members: Members<'_>) -> SmallVec<[f32; 32]> {
+        members.bounds(self.x, self.normal).collect()
+    }
+}
+
+/// The first of `bounds` whose running sum exceeds `target`, and what of it is left there. Rounding may run past the end; the last
+/// that is not 0 stands in.
+fn proportionally(bounds: &[f32], mut target: f32) -> Option<(usize, f32)> {
+    for (at, &bound) in bounds.iter().enumerate() {
+        if bound > 0.0 && target < bound {
+            return Some((at, target));
+        }
+        target -= bound;
+    }
+    let last = bounds.iter().rposition(|&b| b > 0.0)?;
+    Some((last, bounds[last]))
+}
