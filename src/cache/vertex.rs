@@ -54,6 +54,8 @@ pub struct Progress {
     pub traced: bool,
     /// Whether the contact test found it covered by other geometry: its light is not its surface's.
     pub covered: bool,
+    /// Whether it is taken for covered since it sees none of the light that its neighbours see.
+    pub enclosed: bool,
     /// Raised whenever its samples change, so that queued work based on older ones is recognised.
     pub version: u32,
 }

@@ -9,11 +9,16 @@ use crate::cache::gather::{self, GatherJob, Gathered};
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 use crate::estimate::hemisphere::Method;
+use crate::geom::Ray;
 use crate::shade::world::World;
 use glam::Vec3;
+use smallvec::SmallVec;
 
 /// Rays of a job: enough to be worth handing out, few enough to share a vertex's round among threads.
 const RAYS_A_JOB: u32 = 128;
+
+/// Direct light of a vertex against the light around it up to which it may be enclosed.
+const FAINT: f32 = 0.02;
 
 /// Rise of a key that is worth another entry in the queue.
 const RISEN: f32 = 1.25;
@@ -101,24 +106,16 @@ impl Engine {
     fn find_enclosed(&mut self, vertices: &[VertexId]) {
         for &vertex in vertices {
             let slots: Vec<SlotId> = self.cache.slots_of(vertex).collect();
-            let dark = |s: &SlotId| {
-                let record = &self.cache.slots[s.0];
-                record.direct.diffuse + record.indirect.diffuse == Vec3::ZERO
-            };
-            let known = self.cache.indirect.rays(vertex) >= PROOF_OF_DARKNESS
-                && !self.cache.vertices[vertex.0].progress.covered;
-            if !known || !slots.iter().all(dark) {
+            let dark = |s: &SlotId| self.cache.slots[s.0].indirect.diffuse == Vec3::ZERO;
+            let sampled = self.cache.indirect.rays(vertex) > 0 && !self.cache.vertices[vertex.0].progress.covered;
+            if !sampled || !slots.iter().all(dark) {
                 continue;
             }
             let nodes = self.nodes_around(&slots);
-            let mut corners = nodes.iter().flat_map(|n| self.cache.topology.nodes[n.0].corners);
-            let lit = |slot: SlotId| {
-                let light = self.cache.slots[slot.0].indirect;
-                light.diffuse.max_element() > 0.0 && !light.stale
-            };
-            if corners.any(lit) {
+            if self.is_enclosed(vertex, &slots, &nodes) {
                 self.enclosed.push(vertex);
-                self.cache.vertices[vertex.0].progress.covered = true;
+                let progress = &mut self.cache.vertices[vertex.0].progress;
+                (progress.covered, progress.enclosed) = (true, true);
                 let written = self.cache.refresh_indirect(&slots, self.eye);
                 self.published.changed.extend(written);
                 for node in nodes {
@@ -127,6 +124,33 @@ impl Engine {
                 }
             }
         }
+    }
+
+    /// Whether a vertex that has seen no light lies inside something: neighbours do see light, and either it has looked often
+    /// enough or something stands between it and one of those.
+    fn is_enclosed(&mut self, vertex: VertexId, slots: &[SlotId], nodes: &[NodeId]) -> bool {
+        // What was put off is taken for half visible: a little direct light proves nothing.
+        let direct = slots.iter().map(|s| self.cache.slots[s.0].direct.diffuse.max_element()).fold(0.0, f32::max);
+        let is_lit = |slot: &SlotId| {
+            let light = self.cache.slots[slot.0].indirect;
+            light.diffuse.max_element() * FAINT > direct && !light.stale
+        };
+        let corners = nodes.iter().flat_map(|n| self.cache.topology.nodes[n.0].corners).filter(is_lit);
+        let mut lit: SmallVec<[VertexId; 8]> = corners.map(|slot| self.cache.slots[slot.0].vertex).collect();
+        lit.sort_unstable();
+        lit.dedup();
+        if self.cache.indirect.rays(vertex) >= PROOF_OF_DARKNESS {
+            return !lit.is_empty();
+        }
+        self.stats.rays += lit.len() as u64;
+        let origin_of = |vertex: VertexId| self.cache.vertices[vertex.0].site().origin;
+        lit.into_iter().any(|other| self.is_cut_off(origin_of(other), origin_of(vertex)))
+    }
+
+    /// Whether something stands between two places.
+    fn is_cut_off(&self, from: Vec3, to: Vec3) -> bool {
+        let (length, direction) = ((to - from).length(), (to - from).normalize_or_zero());
+        direction != Vec3::ZERO && self.bvh.occluded(&self.scene, &Ray { origin: from, direction, t_max: length })
     }
 
     /// The rounds of a batch, cut into jobs.

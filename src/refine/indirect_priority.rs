@@ -180,7 +180,8 @@ impl Judge<'_> {
         let rays = self.cache.indirect.rays(id);
         // A covered midpoint takes over what is known around; of a base vertex something must be known.
         let is_midpoint = vertex.first_slot.is_some_and(|slot| !self.cache.slots[slot.0].is_base());
-        if rays >= MAX_RAYS || (vertex.progress.covered && (rays > 0 || is_midpoint)) {
+        let is_done = vertex.progress.covered && !vertex.progress.enclosed && (rays > 0 || is_midpoint);
+        if rays >= MAX_RAYS || is_done {
             return 0.0;
         }
         if rays == 0 {
@@ -194,7 +195,8 @@ impl Judge<'_> {
         let mut variance = self.cache.slots_of(id).map(likely).fold(0.0, f32::max);
         if variance == 0.0 && rays < PROOF_OF_DARKNESS {
             // It may lie inside something, or its few rays missed what light there is.
-            variance = (UNSAMPLED * self.mean).powi(2) / rays as f32;
+            // That does not become less likely with the rays until there is proof.
+            variance = (UNSAMPLED * self.mean).powi(2) / FIRST_RAYS as f32;
         }
         (vertex.reach + NOISE_BELOW * vertex.reach_below) * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
     }

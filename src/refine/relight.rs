@@ -26,7 +26,8 @@ impl Engine {
             let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
             mixed.into_iter().for_each(|light| remix(&world, &mut self.cache, light));
             for vertex in std::mem::take(&mut self.enclosed) {
-                self.cache.vertices[vertex.0].progress.covered = false;
+                let progress = &mut self.cache.vertices[vertex.0].progress;
+                (progress.covered, progress.enclosed) = (false, false);
             }
             self.scale_surpluses(before.brightening(&now).powi(2));
             self.cache.indirect.relight(before, &now);
