@@ -26,7 +26,7 @@ const PRIOR: [f64; 2] = [1e-2, 8.0];
 /// tones lie apart, as its square beside what a leaf shows.
 const SHADOWS_SHOW: f32 = 10.0;
 /// One ray in so many goes to audits, whatever they seem to be worth.
-const SHARE: u64 = 20;
+const SHARE: u64 = 12;
 /// Leaves of more pixels are split rather than asked.
 const MOST_PIXELS: f32 = 1024.0;
 
@@ -50,8 +50,9 @@ pub struct Audits {
     odds: HiddenShadows,
     /// Leaves that wait.
     queue: Queue,
-    /// Rays traced.
+    /// Rays traced, and about as many more as leaves that were taken will cost.
     rays: u64,
+    promised: u64,
 }
 
 /// What the audit of one leaf found.
@@ -70,6 +71,7 @@ impl Default for Audits {
             odds: HiddenShadows::new(PRIOR[0], PRIOR[1]),
             queue: Queue::default(),
             rays: 0,
+            promised: 0,
         }
     }
 }
@@ -97,7 +99,7 @@ impl Audits {
     /// is not known to be there is not weighed right.
     fn are_due(&self, other: Option<f32>, rays: u64) -> bool {
         let next = self.queue.peek().map_or(0.0, |key| key * SHADOWS_SHOW * self.expected());
-        other.is_none_or(|other| next > other) || self.rays * SHARE < rays
+        other.is_none_or(|other| next > other) || (self.rays + self.promised) * SHARE < rays
     }
 }
 
@@ -150,8 +152,7 @@ impl Engine {
             let Some(Entry { task: Task::Audit(id), .. }) = self.audits.queue.pop() else { break };
             self.cache.topology.nodes[id.0].work.audit_queued = 0;
             if self.judge().wants_audit(id) {
-                // About as many as there will be: the count must rise before the next is taken.
-                self.audits.rays += (RAYS_A_PIXEL * self.cache.topology.nodes[id.0].work.pixels) as u64;
+                self.audits.promised += (RAYS_A_PIXEL * self.cache.topology.nodes[id.0].work.pixels) as u64;
                 return Some(id);
             }
         }
@@ -167,7 +168,9 @@ impl Engine {
             let found: Vec<Found> = chunk.iter().map(|&node| ask(&world, cache, (&view, node), &mut rays)).collect();
             (found, rays)
         });
-        self.stats.rays += found.iter().map(|(_, rays)| rays).sum::<u64>();
+        let rays: u64 = found.iter().map(|(_, rays)| rays).sum();
+        self.stats.rays += rays;
+        (self.audits.rays, self.audits.promised) = (self.audits.rays + rays, 0);
         for (&node, found) in nodes.iter().zip(found.into_iter().flat_map(|(found, _)| found)) {
             if self.cache.topology.nodes[node.0].child.is_none() {
                 self.note_audit(node, found);
