@@ -86,19 +86,30 @@ const STRONG: f32 = 0.5;
 /// Points after which a penumbra is not sampled further.
 pub const MAX_POINTS: u32 = 4096;
 
+/// Where a vertex lies that is visited for the first time.
+#[derive(Clone, Copy)]
+enum Place {
+    /// At a corner of the scene's triangles.
+    Base,
+    /// On an edge of a node; whether that is so small that its corners may speak for it.
+    Middle(NodeId, bool),
+    /// Where a pixel sees it: nothing around it will tell that its few points missed something.
+    Pixel,
+}
+
 /// Does a job.
 pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
     match job.wanted {
-        Wanted::Strongest => first_visit(world, cache, job.vertex, None, out),
-        Wanted::Midpoint { node, small } => first_visit(world, cache, job.vertex, Some((node, small)), out),
+        Wanted::Strongest => first_visit(world, cache, job.vertex, Place::Base, out),
+        Wanted::Midpoint { node, small } => first_visit(world, cache, job.vertex, Place::Middle(node, small), out),
         // The camera sees it: nothing covers it.
-        Wanted::Inner => first_lights(world, cache, job.vertex, None, out),
+        Wanted::Inner => first_lights(world, cache, job.vertex, Place::Pixel, out),
         Wanted::Settle => {
             let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
             for light in 0..world.lights.mesh_count() as u32 {
                 let known = cache.layers[light as usize].visibility.get(job.vertex.0);
                 if world.lights.mesh_is_on(light as usize) && open(known) {
-                    sample(world, cache, (job.vertex, light), PENUMBRA_POINTS, out);
+                    sample(world, cache, (job.vertex, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
                 }
             }
         }
@@ -108,9 +119,9 @@ pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
 }
 
 /// Goes through all lights, strongest first: the many faint ones that together matter little are deferred.
-fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
+fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, out: &mut Results) {
     let before = out.lights.len();
-    first_lights(world, cache, id, node, out);
+    first_lights(world, cache, id, place, out);
     // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
     let dark = out.lights[before..]
         .iter()
@@ -120,7 +131,7 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(Nod
     }
 }
 
-fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(NodeId, bool)>, out: &mut Results) {
+fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, out: &mut Results) {
     // As loaded: what light can arrive at all; and as it is now.
     let now = |&(loaded, light): &(f32, u32)| {
         (loaded * world.lights.mesh_factor(light as usize).max_element(), loaded, light)
@@ -135,11 +146,15 @@ fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, node: Option<(No
         let taken = if loaded == 0.0 {
             Some(Visibility::taken_over(Origin::Inferred, 0.0))
         } else {
-            take_over(cache, (world.lights.mesh(light as usize), light), node, faint)
+            take_over(cache, (world.lights.mesh(light as usize), light), place, faint)
         };
         match taken {
             Some(visibility) => out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 }),
-            None => sample(world, cache, (id, light), penumbra_points(strength, all), out),
+            None => {
+                let penumbra = penumbra_points(strength, all);
+                let first = if matches!(place, Place::Pixel) { penumbra } else { FIRST_POINTS };
+                sample(world, cache, (id, light), [first, penumbra], out);
+            }
         }
     }
 }
@@ -183,13 +198,8 @@ fn in_turns(light: Emitter<'_>, points: u32) -> u32 {
 const UNKNOWN_FRACTION: f32 = 0.5;
 
 /// Visibility that needs no ray: from corners that agree, or for a faint light from whatever is known around.
-fn take_over(
-    cache: &Cache,
-    (emitter, light): (Emitter<'_>, u32),
-    node: Option<(NodeId, bool)>,
-    faint: bool,
-) -> Option<Visibility> {
-    let Some((node, small)) = node else {
+fn take_over(cache: &Cache, (emitter, light): (Emitter<'_>, u32), place: Place, faint: bool) -> Option<Visibility> {
+    let Place::Middle(node, small) = place else {
         return faint.then(|| Visibility::taken_over(Origin::Deferred, UNKNOWN_FRACTION));
     };
     let layer = &cache.layers[light as usize].visibility;
@@ -205,11 +215,17 @@ fn take_over(
 }
 
 /// Traces a light for the first time.
-fn sample(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), penumbra: u32, out: &mut Results) {
+fn sample(
+    world: &World<'_>,
+    cache: &Cache,
+    (id, light): (VertexId, u32),
+    [first, penumbra]: [u32; 2],
+    out: &mut Results,
+) {
     let emitter = world.lights.mesh(light as usize);
     if !emitter.is_delta() {
         let mut round = Round::new(world, cache, (id, light), Visibility::default(), out);
-        round.trace(FIRST_POINTS.min(emitter.all_points().unwrap_or(u32::MAX)), out);
+        round.trace(first.min(emitter.all_points().unwrap_or(u32::MAX)), out);
         if round.is_penumbra() {
             round.trace(in_turns(emitter, penumbra), out);
         }
@@ -241,7 +257,7 @@ pub fn is_unconfirmed(light: Emitter<'_>, known: Visibility) -> bool {
 fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
     let emitter = world.lights.mesh(light as usize);
     if emitter.is_delta() {
-        return sample(world, cache, (id, light), PENUMBRA_POINTS, out);
+        return sample(world, cache, (id, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
     }
     let points = if is_strong(world, cache, (id, light)) { STRONG_POINTS } else { PENUMBRA_POINTS };
     let known = cache.layers[light as usize].visibility.get(id.0);

@@ -26,12 +26,20 @@ pub struct Surprise {
     pub luminance: f32,
     /// Whether there are lights of which the corners do not say the same: nothing was traced for them.
     pub open: bool,
+    /// Whether there are lights of which another point may say something else.
+    pub more: bool,
 }
 
 /// Asks by a ray to each light whether it is at a point of a leaf, given by barycentric weights, as all corners of the leaf
-/// say.
+/// say; of an area light or a group, by its `turn`-th point.
 #[must_use]
-pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 3]), rays: &mut u64) -> Surprise {
+pub fn surprise(
+    world: &World<'_>,
+    cache: &Cache,
+    (id, weights): (NodeId, [f32; 3]),
+    turn: u32,
+    rays: &mut u64,
+) -> Surprise {
     let site = cache.inner_vertex(id, weights).site();
     let strength = |(light, emitter): (usize, Emitter<'_>)| {
         emitter.strength(site.position, site.normal) * world.lights.mesh_factor(light).max_element()
@@ -42,7 +50,9 @@ pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 
     for (light, &strength) in strengths.iter().enumerate().filter(|(_, strength)| **strength > weak) {
         match agreed(cache, light, id) {
             Some(visible) => {
-                surprise.luminance += strength * disagreement(world, &site, (light, visible), rays) / PI;
+                let share = disagreement(world, &site, (light, visible), turn, rays);
+                surprise.luminance += strength * share / PI;
+                surprise.more |= turn + 1 < world.lights.mesh(light).all_points().unwrap_or(POINTS);
             }
             None => surprise.open = true,
         }
@@ -51,7 +61,7 @@ pub fn surprise(world: &World<'_>, cache: &Cache, (id, weights): (NodeId, [f32; 
 }
 
 /// Share of a light that is visible though it should not be, or hidden though it should be visible.
-fn disagreement(world: &World<'_>, site: &Site, (light, visible): (usize, bool), rays: &mut u64) -> f32 {
+fn disagreement(world: &World<'_>, site: &Site, (light, visible): (usize, bool), turn: u32, rays: &mut u64) -> f32 {
     let points = world.points(site, light);
     let mut differs = |point: u32| {
         let arrival = points.sample(world.scene, point).filter(|a| a.direction.dot(site.normal) > GRAZING);
@@ -60,12 +70,12 @@ fn disagreement(world: &World<'_>, site: &Site, (light, visible): (usize, bool),
             world.visible(site, &arrival) != visible
         })
     };
-    if !differs(0) {
-        return 0.0;
-    }
     // One point of an area light or a group says no more than that there is something.
     let all = world.lights.mesh(light).all_points().unwrap_or(POINTS);
-    (1 + (1..all).filter(|&point| differs(point)).count()) as f32 / all as f32
+    if turn >= all || !differs(turn) {
+        return 0.0;
+    }
+    (1 + (0..all).filter(|&point| point != turn && differs(point)).count()) as f32 / all as f32
 }
 
 /// Whether a light is visible, if all corners of a node know and agree.

@@ -112,6 +112,8 @@ pub struct Work {
     pub surprise_share: f32,
     /// Generation of the camera each of whose pixels on it was asked for surprises; 0 if none was.
     pub audited: u32,
+    /// How often; 0 if there is no point in asking again.
+    pub audits: u32,
     /// Generation of the camera in which it waits for that.
     pub audit_queued: u32,
     /// Whether what that found holds for parts of it, too: all lights were asked for.

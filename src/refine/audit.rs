@@ -62,6 +62,8 @@ struct Found {
     pixels: u32,
     /// Whether lights were left out since the corners do not agree about them.
     open: bool,
+    /// Whether to ask again would tell more.
+    more: bool,
 }
 
 impl Default for Audits {
@@ -107,8 +109,11 @@ impl Judge<'_> {
     /// Key of asking the pixels of a leaf, if all that it shows were wrong.
     fn audit_key(&self, id: NodeId) -> f32 {
         let light = self.leaf(id);
-        let pixels = self.cache.topology.nodes[id.0].work.pixels;
-        pixels * self.judged_by(&light) * self.display_gain(light.least) / (1.0 + RAYS_A_PIXEL * pixels)
+        let work = &self.cache.topology.nodes[id.0].work;
+        // What the first points of a light have not shown is a small part of it.
+        let part = if work.audited == self.generation { (1.0 + work.audits as f32).powi(-2) } else { 1.0 };
+        let error = part * self.judged_by(&light) * self.display_gain(light.least);
+        work.pixels * error / (1.0 + RAYS_A_PIXEL * work.pixels)
     }
 
     /// Whether a leaf is trusted though its pixels were not asked.
@@ -118,7 +123,7 @@ impl Judge<'_> {
             && self.audits
             && node.child.is_none()
             && node.work.generation == self.generation
-            && node.work.audited != self.generation
+            && (node.work.audited != self.generation || node.work.audits > 0)
             && node.work.pixels > 0.0
             && node.work.pixels <= self.options.shadow_pixels.min(MOST_PIXELS)
             && self.settled(id).is_none()
@@ -163,9 +168,14 @@ impl Engine {
     pub(super) fn audit(&mut self, nodes: &[NodeId]) {
         let Some(view) = self.view() else { return };
         let (world, cache) = (self.world(), &self.cache);
+        let turn = |node: NodeId| {
+            let work = &cache.topology.nodes[node.0].work;
+            if work.audited == self.generation { work.audits } else { 0 }
+        };
         let found = self.workers.map_chunks(nodes, |chunk| {
             let mut rays = 0;
-            let found: Vec<Found> = chunk.iter().map(|&node| ask(&world, cache, (&view, node), &mut rays)).collect();
+            let found: Vec<Found> =
+                chunk.iter().map(|&node| ask(&world, cache, (&view, node), turn(node), &mut rays)).collect();
             (found, rays)
         });
         let rays: u64 = found.iter().map(|(_, rays)| rays).sum();
@@ -181,7 +191,14 @@ impl Engine {
     fn note_audit(&mut self, node: NodeId, found: Found) {
         let judge = self.judge();
         let (square, reflectance) = (judge.judged_by(&judge.leaf(node)), judge.diffuse_reflectance(node));
-        if square > 0.0 && found.pixels > 0 {
+        let work = &mut self.cache.topology.nodes[node.0].work;
+        let again = work.audited == self.generation;
+        work.audits = match (found.more, again) {
+            (false, _) => 0,
+            (true, false) => 1,
+            (true, true) => work.audits + 1,
+        };
+        if square > 0.0 && found.pixels > 0 && !again {
             let error = |odd: &Odd| ((reflectance * odd.surprise).powi(2) / square).min(1.0);
             let sum: f32 = found.odd.iter().map(error).sum();
             self.audits.odds.note(sum / found.pixels as f32);
@@ -194,6 +211,8 @@ impl Engine {
 
     /// Notes odd pixels at a leaf. One that is `open` tells its children nothing, and they are audited anew.
     fn note_odd(&mut self, node: NodeId, odd: OddPixels, open: bool) {
+        let mut odd = odd;
+        odd.extend(self.audits.odd.remove(&node).into_iter().flatten());
         let work = &mut self.cache.topology.nodes[node.0].work;
         let most = odd.iter().map(|odd| odd.surprise).fold(0.0, f32::max);
         (work.surprise, work.audit_holds) = (Some(most), !open);
@@ -213,19 +232,21 @@ impl Engine {
         for child in (first.0..first.0 + 4).map(NodeId) {
             let corners = self.cache.corner_positions(child);
             let inside = odd.iter().filter(|odd| weights_inside(corners, self.eye, odd.ray).is_some()).copied();
-            self.cache.topology.nodes[child.0].work.audited = self.generation;
+            let child_work = &mut self.cache.topology.nodes[child.0].work;
+            (child_work.audited, child_work.audits) = (self.generation, work.audits);
             self.note_odd(child, inside.collect(), false);
         }
     }
 }
 
 /// Asks the pixels of a leaf.
-fn ask(world: &World<'_>, cache: &Cache, (view, node): (&View, NodeId), rays: &mut u64) -> Found {
+fn ask(world: &World<'_>, cache: &Cache, (view, node): (&View, NodeId), turn: u32, rays: &mut u64) -> Found {
     let mut found = Found::default();
     for pixel in pixels_of(view, cache.corner_positions(node)).unwrap_or_default() {
-        let Surprise { luminance, open } = middle::surprise(world, cache, (node, pixel.weights), rays);
+        let Surprise { luminance, open, more } = middle::surprise(world, cache, (node, pixel.weights), turn, rays);
         found.pixels += 1;
         found.open |= open;
+        found.more |= more;
         if luminance > 0.0 {
             found.odd.push(Odd { ray: pixel.ray, surprise: luminance });
         }

@@ -43,8 +43,10 @@ impl Engine {
         };
         let found = self.workers.map_chunks(&silent, |chunk| {
             let mut rays = 0;
-            let found =
-                chunk.iter().map(|&node| middle::surprise(&world, cache, point(node), &mut rays)).collect::<Vec<_>>();
+            let found = chunk
+                .iter()
+                .map(|&node| middle::surprise(&world, cache, point(node), 0, &mut rays))
+                .collect::<Vec<_>>();
             (found, rays)
         });
         self.stats.rays += found.iter().map(|(_, rays)| rays).sum::<u64>();
