@@ -152,7 +152,7 @@ fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, ou
             Some(visibility) => out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 }),
             None => {
                 let penumbra = penumbra_points(strength, all);
-                let first = if matches!(place, Place::Pixel) { penumbra } else { FIRST_POINTS };
+                let first = if matches!(place, Place::Pixel) { PENUMBRA_POINTS } else { FIRST_POINTS };
                 sample(world, cache, (id, light), [first, penumbra], out);
             }
         }
