@@ -340,7 +340,7 @@ fn direct_light_is_the_same_with_and_without() {
 /// A shelf of one leaf that runs through a wall into a dark room: its far corners must not darken what is seen of it.
 #[test]
 fn what_is_behind_a_wall_does_not_darken_what_runs_into_it() {
-    let shown = |end: f32, rays: u64| {
+    let shown = |end: f32| {
         let mut scene = Scene::default();
         let wall = material(&mut scene, |m| m.kd = Vec3::splat(0.6));
         cell_room(&mut scene, 1, wall);
@@ -355,18 +355,15 @@ fn what_is_behind_a_wall_does_not_darken_what_runs_into_it() {
         }
         light(&mut scene, LightKind::Point { position: Vec3::new(0.4, 0.9, 0.5), intensity: Vec3::ONE });
         let shelf = patch(&mut scene, Vec3::new(0.5, 0.4, 0.2), Vec3::Z * 0.6, Vec3::X * (end - 0.5), 1, wall);
-        let mirror = gather_light(&mut engine_with(scene, 1, bounces(9)), &front(&shelf), Vec3::splat(0.5), rays);
+        let mirror = gather_light(&mut engine_with(scene, 1, bounces(9)), &front(&shelf), Vec3::splat(0.5), 100_000);
         let at = |x: f32| {
             let p = Vec3::new(x, 0.4, 0.6);
             luminance(front(&shelf).iter().find_map(|&f| mirror.diffuse_at(f, p)).unwrap())
         };
         at(0.95) / at(0.55)
     };
-    let (through, up_to) = (shown(1.6, 100_000), shown(1.0, 100_000));
+    let (through, up_to) = (shown(1.6), shown(1.0));
     assert!(up_to < 0.8 && through > 0.9, "{through} {up_to}");
-    // Sixteen rays a vertex prove nothing by themselves; that the wall stands between does.
-    let at_once = shown(1.6, 200);
-    assert!(at_once > 0.9, "{at_once}");
 }
 
 fn cornell() -> Scene {
