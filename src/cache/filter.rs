@@ -99,6 +99,14 @@ impl Cache {
         found
     }
 
+    /// Variance of a slot's own D by what it and those around it have seen.
+    pub fn likely_variance(&self, slot: SlotId) -> f32 {
+        match &self.slots[slot.0].between {
+            Some(between) => self.pooled_variance(slot, between.of.iter().map(|(other, _)| *other)),
+            None => self.pooled_variance(slot, self.neighbours(slot).into_iter()),
+        }
+    }
+
     /// Variance of a slot's own D, pooled with others': by itself it is small where the sample is low, which would make low
     /// samples count for more than high ones.
     fn pooled_variance(&self, slot: SlotId, others: impl Iterator<Item = SlotId>) -> f32 {

@@ -169,7 +169,7 @@ impl Cache {
         let predicted = predicted.filter(|light| light.known);
         let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
         match (own, predicted) {
-            (Some(own), _) if !self.indirect.filter => own,
+            (Some(own), _) if !self.indirect.filter => Light { variance: self.likely_variance(slot), ..own },
             (Some(own), Some(predicted)) if predicted.above => self.filtered(slot, own),
             (Some(own), Some(predicted)) if predicted.stale => own,
             (Some(own), Some(predicted)) => self.combined(slot, own, predicted),

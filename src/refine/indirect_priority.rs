@@ -139,7 +139,9 @@ impl Judge<'_> {
     pub fn refine_key(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
         let light = |slot: &SlotId| self.cache.slots[slot.0].indirect;
-        let known = node.corners.iter().all(|slot| light(slot).known && !light(slot).stale);
+        // A covered corner may never gather; what it would find is not this surface's light anyway.
+        let is_known = |slot: &SlotId| self.is_covered(*slot) || light(slot).known && !light(slot).stale;
+        let known = node.corners.iter().all(is_known);
         let crosses = self.crosses_contact(id);
         let least = self.options.min_pixels * if crosses { HARD_PIXELS } else { 1.0 };
         if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
