@@ -100,20 +100,23 @@ fn furnace() {
     let wall = material(&mut scene, |m| (m.kd, m.ke) = (albedo, emitted));
     let ids = cell_room(&mut scene, 2, wall);
     light(&mut scene, LightKind::Area { triangles: ids.clone() });
-    let mut engine = engine_with(scene, 2, bounces(1));
-    let mirror = gather_light(&mut engine, &front(&ids), Vec3::splat(0.5), 1_500_000);
-    let bounced = indirect(&engine, &front(&ids));
-    assert_deviation(&bounced, emitted * albedo / (1.0 - albedo), [0.006, 0.08]);
     // Where walls meet, a vertex lies in the planes of the lamps beside it, which it then sees edge on.
     let inside = |p: Vec3| p.to_array().iter().filter(|c| **c > 0.1 && **c < 0.9).count() == 2;
-    let slots = front(&ids).into_iter().flat_map(|f| mirror.face(f)).filter(|s| inside(s.position));
-    let shown: Vec<Vec3> = slots.map(|s| s.diffuse).collect();
-    assert_eq!(shown.len(), 6 * 6);
+    let (mut shown, mut bounced) = (Vec::new(), Vec::new());
+    // By one seed the mean of what is shown has a standard deviation of 0.26 %.
+    for seed in 1..=4 {
+        let mut engine = engine_with(scene.clone(), 2, bounces(seed));
+        let mirror = gather_light(&mut engine, &front(&ids), Vec3::splat(0.5), 1_500_000);
+        bounced.extend(indirect(&engine, &front(&ids)));
+        let slots = front(&ids).into_iter().flat_map(|f| mirror.face(f)).filter(|s| inside(s.position));
+        shown.extend(slots.map(|s| s.diffuse));
+        assert_eq!(shown.len(), 6 * 6 * seed as usize);
+        let ratio = |slot: SlotId| Vec3::splat(engine.cache().indirect.sum(slot).concentration());
+        let ratios: Vec<Vec3> = sampled(&engine).into_iter().map(ratio).collect();
+        assert_deviation(&ratios, Vec3::splat(0.5), [0.01, 0.15]);
+    }
+    assert_deviation(&bounced, emitted * albedo / (1.0 - albedo), [0.004, 0.08]);
     assert_deviation(&shown, emitted / (1.0 - albedo), [0.004, 0.03]);
-    let slots = sampled(&engine);
-    let ratios: Vec<Vec3> =
-        slots.iter().map(|&slot| Vec3::splat(engine.cache().indirect.sum(slot).concentration())).collect();
-    assert_deviation(&ratios, Vec3::splat(0.5), [0.01, 0.12]);
 }
 
 /// Irradiance that has bounced is the same everywhere in a sphere, F ρ / (A (1 − ρ)), wherever the light is: indirect D at the

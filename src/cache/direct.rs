@@ -5,6 +5,7 @@
 //! handful of rays; noise lives in penumbrae only.
 
 use super::dynamic::{Cache, SlotId};
+use super::odds;
 use super::topology::NodeId;
 use super::vertex::VertexId;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
@@ -74,8 +75,8 @@ pub struct Results {
     pub rays: u64,
 }
 
-/// Share of the light that may be left to guessing on a first visit.
-const DEFERRED_SHARE: f32 = 0.03;
+/// Standard error of the light guessed on a first visit, against all that is expected.
+const DEFERRED_ERROR: f32 = 0.05;
 /// Points of an area light that tell full and no visibility, and those that tell how much in between: of a light that makes
 /// up most of what can arrive, and of any other, which adds no more noise then.
 const FIRST_POINTS: u32 = 4;
@@ -118,7 +119,7 @@ pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
     }
 }
 
-/// Goes through all lights, strongest first: the many faint ones that together matter little are deferred.
+/// The first visit of a vertex on the surface: its lights, and whether something covers it.
 fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, out: &mut Results) {
     let before = out.lights.len();
     first_lights(world, cache, id, place, out);
@@ -131,31 +132,62 @@ fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, out
     }
 }
 
+/// Goes through all lights, those of which most is at stake first: those that together matter little are guessed.
 fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, out: &mut Results) {
-    // As loaded: what light can arrive at all; and as it is now.
-    let now = |&(loaded, light): &(f32, u32)| {
-        (loaded * world.lights.mesh_factor(light as usize).max_element(), loaded, light)
-    };
-    let mut strengths: SmallVec<[(f32, f32, u32); 128]> = strengths(world, cache, id).iter().map(now).collect();
-    strengths.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.2.cmp(&b.2)));
-    let all: f32 = strengths.iter().map(|s| s.0).sum();
-    let (mut left, negligible) = (all, all * DEFERRED_SHARE);
-    for (strength, loaded, light) in strengths {
-        let faint = left <= negligible || strength == 0.0;
-        left -= strength;
-        let taken = if loaded == 0.0 {
-            Some(Visibility::taken_over(Origin::Inferred, 0.0))
-        } else {
-            take_over(cache, (world.lights.mesh(light as usize), light), place, faint)
-        };
-        match taken {
-            Some(visibility) => out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 }),
-            None => {
-                let penumbra = penumbra_points(strength, all);
-                let first = if matches!(place, Place::Pixel) { PENUMBRA_POINTS } else { FIRST_POINTS };
-                sample(world, cache, (id, light), [first, penumbra], out);
-            }
+    let mut open: SmallVec<[Open; 128]> = SmallVec::new();
+    let around = cache.odds.place(&cache.vertices[id.0]);
+    for (loaded, light) in strengths(world, cache, id) {
+        let settled =
+            if loaded == 0.0 { Some(0.0) } else { settled(cache, (world.lights.mesh(light as usize), light), place) };
+        if let Some(fraction) = settled {
+            let visibility = Visibility::taken_over(Origin::Inferred, fraction);
+            out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
+            continue;
         }
+        // What light can arrive as it is now, rather than as loaded.
+        let strength = loaded * world.lights.mesh_factor(light as usize).max_element();
+        open.push(Open { light, strength, odds: odds(cache, around, place, light) });
+    }
+    let all: f32 = open.iter().map(|o| o.strength).sum();
+    let mut expected: f32 = open.iter().map(|o| o.strength * o.odds).sum();
+    let mut left: f32 = open.iter().map(Open::variance).sum();
+    open.sort_unstable_by(|a, b| b.variance().total_cmp(&a.variance()).then(a.light.cmp(&b.light)));
+    for Open { light, strength, odds } in open {
+        if strength == 0.0 || left <= (DEFERRED_ERROR * expected).powi(2) {
+            let visibility = Visibility::taken_over(Origin::Deferred, odds);
+            out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
+            continue;
+        }
+        left -= strength * strength * odds * (1.0 - odds);
+        let first = if matches!(place, Place::Pixel) { PENUMBRA_POINTS } else { FIRST_POINTS };
+        sample(world, cache, (id, light), [first, penumbra_points(strength, all)], out);
+        let found = out.lights.last().map_or(odds, |result| result.visibility.fraction());
+        expected += strength * (found - odds);
+    }
+}
+
+/// Share of a light that a vertex may be expected to see, by what others around it and the corners of its node do.
+fn odds(cache: &Cache, around: odds::Place, place: Place, light: u32) -> f32 {
+    let odds = cache.odds.at(around, light);
+    let Place::Middle(node, _) = place else { return odds };
+    let corners = cache.corner_vertices(node).map(|v| cache.layers[light as usize].visibility.get(v.0));
+    let known = || corners.iter().filter(|corner| corner.is_settled());
+    (odds + known().map(|corner| corner.fraction()).sum::<f32>()) / (1 + known().count()) as f32
+}
+
+/// A light that nothing but a ray can settle at a vertex.
+struct Open {
+    light: u32,
+    /// What can arrive, luminance.
+    strength: f32,
+    /// Share of it that is likely to arrive.
+    odds: f32,
+}
+
+impl Open {
+    /// Variance of what arrives, by the odds.
+    fn variance(&self) -> f32 {
+        self.strength * self.strength * self.odds * (1.0 - self.odds)
     }
 }
 
@@ -194,24 +226,16 @@ fn in_turns(light: Emitter<'_>, points: u32) -> u32 {
     light.all_points().unwrap_or_else(|| points.next_multiple_of(light.count()))
 }
 
-/// Guess for a faint light where nothing is known: half visible errs by half at most.
-const UNKNOWN_FRACTION: f32 = 0.5;
-
-/// Visibility that needs no ray: from corners that agree, or for a faint light from whatever is known around.
-fn take_over(cache: &Cache, (emitter, light): (Emitter<'_>, u32), place: Place, faint: bool) -> Option<Visibility> {
-    let Place::Middle(node, small) = place else {
-        return faint.then(|| Visibility::taken_over(Origin::Deferred, UNKNOWN_FRACTION));
-    };
+/// Visible fraction that corners which agree settle without a ray.
+fn settled(cache: &Cache, (emitter, light): (Emitter<'_>, u32), place: Place) -> Option<f32> {
+    let Place::Middle(node, true) = place else { return None };
     let layer = &cache.layers[light as usize].visibility;
     let corners = cache.corner_vertices(node).map(|v| layer.get(v.0));
-    let fractions = corners.map(Visibility::fraction);
-    let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
-    let agree = fractions.iter().all(|&f| f == fractions[0]) && (fractions[0] == 0.0 || fractions[0] == 1.0);
-    let exact = emitter.has_closed_form() || fractions[0] == 0.0;
-    if settled && agree && small && exact {
-        return Some(Visibility::taken_over(Origin::Inferred, fractions[0]));
-    }
-    faint.then(|| Visibility::taken_over(Origin::Deferred, fractions.iter().sum::<f32>() / 3.0))
+    let first = corners[0].fraction();
+    let known = corners.iter().all(|corner| corner.is_settled());
+    let agree = corners.iter().all(|c| c.fraction() == first) && (first == 0.0 || first == 1.0);
+    let exact = emitter.has_closed_form() || first == 0.0;
+    (known && agree && exact).then_some(first)
 }
 
 /// Traces a light for the first time.
@@ -362,7 +386,15 @@ pub fn apply(cache: &mut Cache, results: &Results) {
         cache.vertices[vertex.0].progress.covered = true;
     }
     let mut sums = results.sums.iter();
+    let mut cells = (None, [0; 3]);
     for result in &results.lights {
+        let before = cache.layers[result.light as usize].visibility.get(result.vertex.0);
+        if result.visibility.origin == Origin::Sampled && before.points == 0 {
+            if cells.0 != Some(result.vertex) {
+                cells = (Some(result.vertex), cache.odds.cells(&cache.vertices[result.vertex.0]));
+            }
+            cache.odds.note(cells.1, result.light, result.visibility.fraction());
+        }
         let layer = &mut cache.layers[result.light as usize];
         *layer.visibility.entry(result.vertex.0) = result.visibility;
         cache.vertices[result.vertex.0].progress.traced |= result.visibility.origin == Origin::Sampled;

@@ -3,6 +3,7 @@
 use super::above::Above;
 use super::indirect::IndirectLayer;
 use super::layer::Layer;
+use super::odds::Odds;
 use super::pool::Pool;
 use super::topology::{Node, NodeId, Topology};
 use super::vertex::{Vertex, VertexId, VertexName};
@@ -158,6 +159,8 @@ pub struct Cache {
     pub topology: Topology,
     /// One static mesh a light or group of lights, in the order of the light meshes.
     pub layers: Vec<Layer>,
+    /// How likely places see each of them.
+    pub(super) odds: Odds,
     /// The static mesh of indirect light.
     pub indirect: IndirectLayer,
     /// The order of base vertices above the geometry.
@@ -184,7 +187,8 @@ impl Cache {
     /// An empty cache for a scene with `lights` light meshes.
     #[must_use]
     pub fn new(scene: &Scene, lights: usize) -> Self {
-        Self { layers: vec![Layer::default(); lights], diagonal: scene.diagonal(), ..Self::default() }
+        let diagonal = scene.diagonal();
+        Self { layers: vec![Layer::default(); lights], odds: Odds::new(lights, diagonal), diagonal, ..Self::default() }
     }
 
     /// The root of `face`, created with its vertices on first demand.
@@ -419,6 +423,7 @@ impl Cache {
         let maps = self.names.capacity() * size_of::<(VertexName, VertexId)>()
             + self.roots.capacity() * size_of::<(FaceId, NodeId)>();
         layers
+            + self.odds.bytes()
             + self.indirect.bytes()
             + maps
             + self.topology.bytes()

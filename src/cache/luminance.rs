@@ -22,8 +22,8 @@ pub struct Diffuse {
     pub variance: f32,
 }
 
-/// Standard error of a guess of a visible fraction: a uniform distribution's.
-const GUESS_ERROR: f32 = 0.29;
+/// Least odds that a guess of what a place sees of a light is wrong.
+const LEAST_ODDS: f32 = 1.0 / 255.0;
 /// Variance of stratified points in a penumbra against independent ones.
 const STRATIFIED: f32 = 0.3;
 
@@ -71,6 +71,7 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
             let samples = Samples { light, visibility, sum: layer.sums.get(slot.0) };
             let part = match emitter {
                 Emitter::Single(Source::Delta(kind)) => place.delta(kind, visibility.fraction()),
+                Emitter::Single(Source::Area(area)) if visibility.is_unlikely() => place.rough(area, visibility),
                 Emitter::Single(Source::Area(area)) => place.area(area, samples),
                 Emitter::Group(_) => place.group(emitter, samples),
             };
@@ -150,7 +151,10 @@ fn fraction_variance(visibility: Visibility, fraction: f32) -> f32 {
             likely * (1.0 - likely) * STRATIFIED / n
         }
         Origin::Sampled | Origin::Inferred => 0.0,
-        Origin::Deferred | Origin::Unknown => GUESS_ERROR * GUESS_ERROR,
+        Origin::Deferred | Origin::Unknown => {
+            let odds = fraction.clamp(LEAST_ODDS, 1.0 - LEAST_ODDS);
+            odds * (1.0 - odds)
+        }
     }
 }
 
@@ -201,6 +205,12 @@ impl Place<'_> {
         let irradiance = unoccluded * fraction;
         let lobe = if self.shines { lobe(shininess, normal, arrival.direction, to_eye) } else { 0.0 };
         Part { irradiance, unoccluded, specular: irradiance * lobe }
+    }
+
+    /// An area light that is taken to be hidden for the most part: what little of it counts need not be exact.
+    fn rough(&self, source: &AreaSource, visibility: Visibility) -> Part {
+        let unoccluded = source.rough_irradiance(self.receiver.x, self.receiver.normal);
+        Part { irradiance: unoccluded * visibility.fraction(), unoccluded, specular: Vec3::ZERO }
     }
 
     fn area(&self, source: &AreaSource, samples: Samples) -> Part {

@@ -6,7 +6,7 @@
 use super::dynamic::Cache;
 use super::topology::NodeId;
 use super::vertex::VertexId;
-use crate::estimate::visibility::{Origin, Visibility};
+use crate::estimate::visibility::Visibility;
 use crate::shade::light_mesh::Emitter;
 use crate::shade::world::{Site, World};
 use smallvec::SmallVec;
@@ -83,7 +83,7 @@ fn agreed(cache: &Cache, light: usize, id: NodeId) -> Option<bool> {
     let known = |v: &VertexId| cache.layers[light].visibility.get(v.0);
     let corners: SmallVec<[Visibility; 6]> = cache.drawn_vertices(id).iter().map(known).collect();
     let first = corners[0].fraction();
-    let settled = corners.iter().all(|c| matches!(c.origin, Origin::Sampled | Origin::Inferred));
+    let settled = corners.iter().all(|corner| corner.is_settled());
     let agree = settled && corners.iter().all(|c| c.fraction() == first) && (first == 0.0 || first == 1.0);
     agree.then_some(first == 1.0)
 }

@@ -11,6 +11,7 @@ pub mod inner;
 pub mod layer;
 pub mod luminance;
 pub mod middle;
+pub mod odds;
 pub mod pixels;
 pub mod pool;
 pub mod remix;

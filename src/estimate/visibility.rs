@@ -26,7 +26,7 @@ pub enum Origin {
     Unknown,
     /// Taken over from corners that agree.
     Inferred,
-    /// Taken over as the mean of an edge's ends: too faint to trace yet.
+    /// Guessed from what others around see: too faint, or too sure, to be worth a ray yet.
     Deferred,
     /// Traced.
     Sampled,
@@ -34,6 +34,9 @@ pub enum Origin {
 
 /// How many points a [`Visibility`] remembers one by one; older ones live on in the sums.
 pub const REMEMBERED: u32 = u16::BITS;
+
+/// Guessed fraction below which light counts as hidden for the most part.
+const UNLIKELY: f32 = 0.5;
 
 impl Visibility {
     /// A value taken over, not traced.
@@ -72,6 +75,18 @@ impl Visibility {
             return f32::from(self.inherited) / 255.0;
         }
         self.hits as f32 / self.points.max(1) as f32
+    }
+
+    /// Whether it is guessed that little of the light is visible.
+    #[must_use]
+    pub fn is_unlikely(self) -> bool {
+        self.origin == Origin::Deferred && self.fraction() < UNLIKELY
+    }
+
+    /// Whether it is more than a guess.
+    #[must_use]
+    pub const fn is_settled(self) -> bool {
+        matches!(self.origin, Origin::Sampled | Origin::Inferred)
     }
 
     /// Whether anything is known.

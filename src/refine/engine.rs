@@ -266,7 +266,9 @@ impl Engine {
         let mut order: Vec<VertexId> =
             vertices.filter(|&v| !self.cache.vertices[v.0].progress.visited && seen.insert(v)).collect();
         let pixels = |v: &VertexId| self.cache.vertices[v.0].pixels;
-        order.sort_by(|a, b| pixels(b).total_cmp(&pixels(a)).then(a.cmp(b)));
+        // Among equals in no order of place: what the first find of the lights is to speak for the rest.
+        let key = |v: &VertexId| self.cache.vertices[v.0].key;
+        order.sort_by(|a, b| pixels(b).total_cmp(&pixels(a)).then(key(a).cmp(&key(b))));
         self.first_visits = order.into();
     }
 

@@ -129,7 +129,7 @@ impl Engine {
     /// Whether a vertex that has seen no light lies inside something: neighbours do see light, and either it has looked often
     /// enough or something stands between it and one of those.
     fn is_enclosed(&mut self, vertex: VertexId, slots: &[SlotId], nodes: &[NodeId]) -> bool {
-        // What was put off is taken for half visible: a little direct light proves nothing.
+        // What was put off is guessed: a little direct light proves nothing.
         let direct = slots.iter().map(|s| self.cache.slots[s.0].direct.diffuse.max_element()).fold(0.0, f32::max);
         let is_lit = |slot: &SlotId| {
             let light = self.cache.slots[slot.0].indirect;

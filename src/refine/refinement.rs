@@ -7,7 +7,7 @@ use crate::cache::direct::{self, Job, Wanted};
 use crate::cache::dynamic::{Cache, SlotId};
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
-use crate::estimate::visibility::Origin;
+use crate::estimate::visibility::{Origin, Visibility};
 use crate::shade::world::World;
 use rustc_hash::FxHashSet;
 
@@ -295,9 +295,10 @@ impl Engine {
         let corners = self.cache.drawn_vertices(node);
         for (light, layer) in (0_u32..).zip(&self.cache.layers) {
             let known = |v: VertexId| layer.visibility.get(v.0);
-            let first = known(corners[0]).fraction();
+            let settled = || corners.iter().map(|&v| known(v)).filter(|known| known.is_settled());
+            let first = settled().next().map(Visibility::fraction);
             // One that is off may wait.
-            if corners.iter().all(|&v| known(v).fraction() == first) || !self.lights.mesh_is_on(light as usize) {
+            if settled().all(|known| Some(known.fraction()) == first) || !self.lights.mesh_is_on(light as usize) {
                 continue;
             }
             let emitter = self.lights.mesh(light as usize);

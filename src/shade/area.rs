@@ -208,6 +208,13 @@ impl AreaSource {
         luminance(self.distant_irradiance(x, normal)).max(luminance(self.radiance) * bound * 1e-6)
     }
 
+    /// Unoccluded irradiance as roughly as that.
+    #[must_use]
+    pub fn rough_irradiance(&self, x: Vec3, normal: Vec3) -> Vec3 {
+        let luminance = luminance(self.radiance);
+        if luminance > 0.0 { self.radiance * (self.strength(x, normal) / luminance) } else { Vec3::ZERO }
+    }
+
     /// Upper bound for radiance 1.
     fn bound_for_one(&self, x: Vec3, normal: Vec3) -> f32 {
         let offset = self.centre - x;
