@@ -1,7 +1,7 @@
 //! One light drawn in proportion to the bound of what it can send to a place: a mesh first, then one of its sources, so that the
 //! cost of many lights is that of their meshes.
 
-use super::light_mesh::{Emitter, Members};
+use super::light_mesh::Emitter;
 use super::lights::Lights;
 use super::reach::{LANES, Pack, Reach};
 use glam::{Vec3, Vec4};
@@ -78,7 +78,7 @@ impl LightChoice {
         match lights.mesh(mesh) {
             Emitter::Single(_) => Some(Drawn { light: lights.sources_of_mesh(mesh)[0] as usize, inverse_chance }),
             Emitter::Group(members) => {
-                let bounds = self.bounds_of(members);
+                let bounds: SmallVec<[f32; 32]> = members.bounds(self.x, self.normal).collect();
                 let total: f32 = bounds.iter().sum();
                 let within = (left / bound).clamp(0.0, 1.0);
                 let (at, _) = proportionally(&bounds, within * total)?;
@@ -87,23 +87,32 @@ impl LightChoice {
         }
     }
 
+    /// Sum of the bounds: all that [`Self::chance_of`] needs to know of them later.
+    #[must_use]
+    pub const fn total(&self) -> f32 {
+        self.total
+    }
+
     /// Probability with which [`Self::draw`] takes a light.
     #[must_use]
     pub fn chance(&self, lights: &Lights, light: usize) -> f32 {
+        Self::chance_of(lights, (self.x, self.normal), self.total, light)
+    }
+
+    /// The same for a choice that was prepared for `x` and `normal` and whose bounds had the sum `total`.
+    #[must_use]
+    pub fn chance_of(lights: &Lights, (x, normal): (Vec3, Vec3), total: f32, light: usize) -> f32 {
         let (mesh, place) = lights.mesh_of(light);
-        let bound = self.bounds[mesh / LANES][mesh % LANES];
-        let chance = if bound > 0.0 { bound / self.total } else { 0.0 };
-        match lights.mesh(mesh) {
+        let emitter = lights.mesh(mesh);
+        let bound = emitter.bound(x, normal) * lights.mesh_factor(mesh).max_element();
+        let chance = if bound > 0.0 { bound / total } else { 0.0 };
+        match emitter {
             Emitter::Single(_) => chance,
             Emitter::Group(members) => {
-                let bounds = self.bounds_of(members);
+                let bounds: SmallVec<[f32; 32]> = members.bounds(x, normal).collect();
                 if bounds[place] > 0.0 { chance * (bounds[place] / bounds.iter().sum::<f32>()) } else { 0.0 }
             }
         }
-    }
-
-    fn bounds_of(&self, members: Members<'_>) -> SmallVec<[f32; 32]> {
-        members.bounds(self.x, self.normal).collect()
     }
 }
 
