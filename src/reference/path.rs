@@ -50,6 +50,7 @@ struct Path {
     /// Seed of its pixel.
     seed: u64,
     /// Where it is.
+    hit: Hit,
     surface: Surface,
     /// What of the light at the surface reaches the eye.
     throughput: Vec3,
@@ -113,6 +114,7 @@ impl<'a> Tracer<'a> {
                 break;
             }
             self.advance(bounces, index, samples);
+            self.paint();
         }
         debug_assert_eq!(samples.len(), first + pixels.len());
     }
@@ -134,8 +136,9 @@ impl<'a> Tracer<'a> {
         // Many points of a pixel filter textures by themselves; a single one does as the colour pass.
         let width = if self.settings.filter == Filter::Point { 1.0 } else { 0.0 };
         let footprint = Footprint::of_pixel(scene, view, hit.triangle, point, width);
-        let surface = Surface::new(scene, &primary(view, point), hit, &footprint);
-        self.paths.push(Path { sample, seed, surface, throughput: Vec3::ONE, bounds: 0.0, bounce: None });
+        let mut surface = Surface::new(scene, &primary(view, point), hit);
+        surface.paint(scene.kd_over(hit.triangle, hit.u, hit.v, &footprint));
+        self.paths.push(Path { sample, seed, hit: *hit, surface, throughput: Vec3::ONE, bounds: 0.0, bounce: None });
         let radiance = scene.emitted_over(hit.face(), hit.u, hit.v, &footprint);
         let tied = self.settings.filter == Filter::Point && index == 0 && self.is_tied(view, point, hit);
         Sample { radiance, hit: true, emits: scene.face_emits(hit.face()), tied }
@@ -187,10 +190,10 @@ impl<'a> Tracer<'a> {
         let mut of_paths = hits.iter();
         paths.retain_mut(|path| {
             let (Some(Some(hit)), Some(bounce)) = (of_paths.next(), path.bounce.take()) else { return false };
-            let next = self.surface_beyond(&bounce.ray, hit);
+            let next = Surface::new(self.world.scene, &bounce.ray, hit);
             let emitted = self.emitted(path, &bounce, hit, next.point - path.surface.origin);
             samples[path.sample].radiance += path.throughput * bounce.of_source * emitted;
-            path.surface = next;
+            (path.hit, path.surface) = (*hit, next);
             path.throughput *= bounce.of_beyond;
             let survival = survival(path.throughput, bounces);
             if survival < 1.0 {
@@ -202,10 +205,16 @@ impl<'a> Tracer<'a> {
         (self.paths, self.hits) = (paths, hits);
     }
 
-    /// The surface that a bounce leads to.
-    fn surface_beyond(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let surface = Surface::new(self.world.scene, ray, hit, &Footprint::POINT);
-        if self.settings.transport == Transport::Method { surface.diffuse() } else { surface }
+    /// Looks up the colours of surfaces that bounces lead to: in a loop of its own, so that memory is asked for many at a time.
+    fn paint(&mut self) {
+        for path in &mut self.paths {
+            let kd = self.world.scene.kd_at(path.hit.triangle, path.hit.u, path.hit.v);
+            if self.settings.transport == Transport::Method {
+                path.surface.paint_diffuse(kd);
+            } else {
+                path.surface.paint(kd);
+            }
+        }
     }
 
     /// What is emitted where a bounce ended, `offset` away, as far as sampling the lights at the surface before leaves it.

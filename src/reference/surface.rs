@@ -3,7 +3,6 @@
 use crate::geom::{Hit, Ray};
 use crate::math::triangle::unit_normal;
 use crate::scene::Scene;
-use crate::scene::footprint::Footprint;
 use crate::shade::lights::Arrival;
 use crate::shade::phong::lobe;
 use glam::Vec3;
@@ -54,32 +53,38 @@ pub struct Bounce {
 }
 
 impl Surface {
-    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
+    /// The surface before [`Self::paint`].
+    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
         // The point from the barycentrics, not from t: its error follows the triangle's size, not the distance.
         let corners @ [a, b, c] = scene.corners(hit.triangle);
         let point = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
         let facet = unit_normal(corners) * if hit.back { -1.0 } else { 1.0 };
         let material = scene.material(hit.triangle);
         let scale = point.abs().max_element().max(hit.t);
-        let kd = scene.kd_over(hit.triangle, hit.u, hit.v, footprint);
         Self {
             point,
             origin: point + facet * (scale * 4e-6),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
             to_eye: -ray.direction,
-            kd,
+            kd: Vec3::ZERO,
             ks: material.ks,
             spread: material.highlight_albedo(),
             shininess: material.shininess,
             mirror: material.mirror,
-            glossy: glossy_share(kd, material.ks, material.shininess),
+            glossy: 0.0,
         }
     }
 
+    /// Gives it its diffuse reflectance.
+    pub fn paint(&mut self, kd: Vec3) {
+        self.kd = kd;
+        self.glossy = glossy_share(kd, self.ks, self.shininess);
+    }
+
     /// The same with what goes into the highlight reflected diffusely.
-    pub fn diffuse(self) -> Self {
-        Self { kd: self.kd + self.spread, ks: Vec3::ZERO, glossy: 0.0, ..self }
+    pub fn paint_diffuse(&mut self, kd: Vec3) {
+        (self.kd, self.ks, self.glossy) = (kd + self.spread, Vec3::ZERO, 0.0);
     }
 
     /// The ray to a light.
