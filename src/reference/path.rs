@@ -1,7 +1,7 @@
 //! Paths from the eye, many at a time: step by step all of them rather than one after the other. So a step finds its code and tables in
 //! the processor's caches, and memory answers for some paths while others are computed.
 
-use super::direct::Shadow;
+use super::direct::{Lit, Shadow};
 use super::random::Random;
 use super::surface::{Bounce, Surface};
 use super::{Filter, Settings, Transport};
@@ -54,7 +54,7 @@ struct Path {
     surface: Surface,
     /// What of the light at the surface reaches the eye.
     throughput: Vec3,
-    /// What lights were drawn by there, [`LightChoice::total`].
+    /// What [`Tracer::direct`] returned there.
     bounds: f32,
     /// Where it goes on from there, once that is drawn.
     bounce: Option<Bounce>,
@@ -162,7 +162,11 @@ impl<'a> Tracer<'a> {
         paths.retain_mut(|path| {
             let random = Random::new(path.seed, bounces, index);
             let [s, t, u, v] = random.light_and_direction();
-            path.bounds = self.direct(&path.surface, (path.sample, path.throughput), &random, [s, t]);
+            path.bounds = {
+                let Path { surface, sample, throughput, .. } = &*path;
+                let lit = Lit { surface, sample: *sample, throughput: *throughput, bounces };
+                self.direct(lit, &random, [s, t])
+            };
             if self.settings.transport != Transport::Direct {
                 path.bounce = path.surface.bounce([u, v], || random.lobe());
             }
