@@ -166,7 +166,8 @@ fn grouped_light_is_that_of_every_lamp() {
     println!("groups: {error} by {} rays; every lamp: {error_alone} by {} rays", stats.rays, alone.rays);
     assert_eq!((meshes, all), (30, 180));
     assert!(error < 0.02, "{error}; every lamp by itself: {error_alone}");
-    assert!(stats.rays < alone.rays && stats.cache_bytes < alone.cache_bytes, "{stats:?} {alone:?}");
+    // What groups save is memory and evaluation; rays only where a place sees many of their members.
+    assert!(stats.vertices < alone.vertices && stats.cache_bytes < alone.cache_bytes / 2, "{stats:?} {alone:?}");
 }
 
 /// Without occlusion nothing is sampled: diffuse light and highlights of groups are those of their members.

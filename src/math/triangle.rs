@@ -1,6 +1,21 @@
-//! The point of a triangle nearest to the origin.
+//! Normals of triangles, and their points nearest to the origin.
 
 use glam::Vec3;
+
+/// Square of a cross product's length within which its root is exact in single precision.
+const ROOTED: std::ops::Range<f32> = 1e-30..1e30;
+
+/// Unit normal of the side from which the corners run counter-clockwise (zero for a degenerate triangle).
+#[must_use]
+#[inline]
+pub fn unit_normal(corners: [Vec3; 3]) -> Vec3 {
+    // f64: slivers of a dense mesh far from the origin lose all their digits in f32. The length needs none of that.
+    let [a, b, c] = corners.map(Vec3::as_dvec3);
+    let cross = (b - a).cross(c - a);
+    let normal = cross.as_vec3();
+    let squared = normal.length_squared();
+    if ROOTED.contains(&squared) { normal / squared.sqrt() } else { cross.normalize_or_zero().as_vec3() }
+}
 
 /// Barycentric coordinates of the point of a triangle that is nearest to the origin, by the Voronoi regions of its corners
 /// and edges. A degenerate triangle counts as its edges.

@@ -98,15 +98,15 @@ impl Accumulator {
     /// Takes one more sample a pixel on the current thread pool; the same whatever the number of threads. `stop` is asked
     /// every few pixels: a pass that it breaks off is left out entirely.
     pub fn pass(&mut self, world: &World<'_>, view: &View, settings: Settings, stop: impl Fn() -> bool + Sync) -> Pass {
-        let (width, index) = (self.size.width, self.samples);
+        let index = self.samples;
         let runs: Vec<Option<(Vec<Sample>, u64)>> = self
             .indices
             .par_chunks(RUN)
             .map(|pixels| {
                 (!stop()).then(|| {
                     let mut tracer = Tracer::new(world, settings);
-                    let sample = |&i: &u32| tracer.pixel(view, [i % width, i / width], index);
-                    let samples = pixels.iter().map(sample).collect();
+                    let mut samples = Vec::with_capacity(pixels.len());
+                    tracer.pixels(view, pixels, index, &mut samples);
                     (samples, tracer.rays())
                 })
             })

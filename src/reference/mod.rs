@@ -7,6 +7,7 @@
 mod accumulator;
 mod direct;
 mod path;
+mod random;
 mod surface;
 
 pub use accumulator::{Accumulator, Pass, ReferenceImage, random_pixels};

@@ -1,15 +1,17 @@
-//! Paths from the eye.
+//! Paths from the eye, many at a time: step by step all of them rather than one after the other. So a step finds its code and tables in
+//! the processor's caches, and memory answers for some paths while others are computed.
 
+use super::direct::{Lit, Shadow};
+use super::random::Random;
 use super::surface::{Bounce, Surface};
 use super::{Filter, Settings, Transport};
 use crate::geom::{Hit, Ray};
-use crate::math::{combine, sequence::Sequence};
+use crate::math::combine;
 use crate::scene::camera::View;
 use crate::scene::footprint::Footprint;
 use crate::shade::light_choice::LightChoice;
 use crate::shade::world::World;
 use glam::{Vec2, Vec3};
-use std::cell::OnceCell;
 
 /// Bounces that every path makes before Russian roulette may end it.
 const SURE_BOUNCES: u32 = 3;
@@ -41,64 +43,34 @@ const SILHOUETTE: f32 = 0.01;
 /// Cosine between the two sides of an edge below which it is a crease.
 const CREASE: f32 = 0.999;
 
-/// Traces paths one after the other.
+/// A path on its way.
+struct Path {
+    /// Index of its sample.
+    sample: usize,
+    /// Seed of its pixel.
+    seed: u64,
+    /// Where it is.
+    hit: Hit,
+    surface: Surface,
+    /// What of the light at the surface reaches the eye.
+    throughput: Vec3,
+    /// What [`Tracer::direct`] returned there.
+    bounds: f32,
+    /// Where it goes on from there, once that is drawn.
+    bounce: Option<Bounce>,
+}
+
+/// Traces paths.
 pub struct Tracer<'a> {
     pub(super) world: &'a World<'a>,
     pub(super) settings: Settings,
     /// The choice of a light where direct light was last sampled.
     pub(super) choice: LightChoice,
+    /// Shadow rays of the paths.
+    pub(super) shadows: Vec<Shadow>,
+    paths: Vec<Path>,
+    hits: Vec<Option<Hit>>,
     rays: u64,
-}
-
-/// The random numbers of one point of a path.
-pub struct Random {
-    sequence: Sequence,
-    index: u32,
-    /// [`Self::choices`], once they are asked for.
-    choices: OnceCell<[f32; 4]>,
-}
-
-impl Random {
-    /// Those of the point after `bounces` on path `index` of the pixel of this seed.
-    fn new(seed: u64, bounces: u32, index: u32) -> Self {
-        let seed = if bounces == 0 { seed } else { combine(seed, bounces.into()) };
-        Self { sequence: Sequence::new(seed), index, choices: OnceCell::new() }
-    }
-
-    fn within_pixel(&self) -> Vec2 {
-        let [u, v, ..] = self.sequence.point(self.index);
-        Vec2::new(u, v)
-    }
-
-    /// Chooses a point of the first light (two) and a direction (two): all that most points of a path need.
-    fn light_and_direction(&self) -> [f32; 4] {
-        self.sequence.point_of_set(self.index, 1)
-    }
-
-    /// Chooses a point of the light sampled `k`-th, 1 ≤ k < 4.
-    pub(super) fn other_light(&self, k: u32) -> [f32; 2] {
-        let [u, v, ..] = self.sequence.point_of_set(self.index, 2 + k);
-        [u, v]
-    }
-
-    /// Chooses one light of many.
-    pub(super) fn pick(&self) -> f32 {
-        self.choices()[0]
-    }
-
-    /// Chooses a lobe.
-    fn lobe(&self) -> f32 {
-        self.choices()[1]
-    }
-
-    /// Chooses whether the path goes on.
-    fn survives(&self) -> f32 {
-        self.choices()[2]
-    }
-
-    fn choices(&self) -> &[f32; 4] {
-        self.choices.get_or_init(|| self.sequence.point_of_set(self.index, 2))
-    }
 }
 
 /// The ray through a point of the image.
@@ -111,7 +83,8 @@ fn primary(view: &View, point: Vec2) -> Ray {
 impl<'a> Tracer<'a> {
     /// A tracer that has traced nothing.
     pub fn new(world: &'a World<'a>, settings: Settings) -> Self {
-        Self { world, settings, choice: LightChoice::default(), rays: 0 }
+        let (choice, shadows, paths, hits) = (LightChoice::default(), Vec::new(), Vec::new(), Vec::new());
+        Self { world, settings, choice, shadows, paths, hits, rays: 0 }
     }
 
     /// Rays traced so far.
@@ -119,24 +92,55 @@ impl<'a> Tracer<'a> {
         self.rays
     }
 
-    /// Sample `index` of a pixel.
-    pub fn pixel(&mut self, view: &View, [x, y]: [u32; 2], index: u32) -> Sample {
-        let pixel = u64::from(y) * u64::from(view.size.width) + u64::from(x);
-        let seed = combine(self.world.seed, pixel);
-        // Many points of a pixel filter textures by themselves; a single one does as the colour pass.
-        let (offset, width) = match self.settings.filter {
-            Filter::Point => (Vec2::splat(0.5), 1.0),
-            Filter::Box => (Random::new(seed, 0, index).within_pixel(), 0.0),
+    /// Sample `index` of some pixels, told by their indices.
+    pub fn pixels(&mut self, view: &View, pixels: &[u32], index: u32, samples: &mut Vec<Sample>) {
+        let first = samples.len();
+        let points: Vec<(u64, Vec2)> = pixels.iter().map(|&pixel| self.point(view, pixel, index)).collect();
+        self.hits.clear();
+        for (_, point) in &points {
+            let hit = self.closest(&primary(view, *point));
+            self.hits.push(hit);
+        }
+        let hits = std::mem::take(&mut self.hits);
+        for (&(seed, point), hit) in points.iter().zip(&hits) {
+            let sample = hit.map_or(Sample::MISS, |hit| self.begin(view, seed, point, &hit, (index, samples.len())));
+            samples.push(sample);
+        }
+        self.hits = hits;
+        for bounces in 0.. {
+            self.sample_lights(bounces, index);
+            self.add_light(samples);
+            if self.paths.is_empty() {
+                break;
+            }
+            self.advance(bounces, index, samples);
+            self.paint();
+        }
+        debug_assert_eq!(samples.len(), first + pixels.len());
+    }
+
+    /// The seed of a pixel, and a point of it.
+    fn point(&self, view: &View, pixel: u32, index: u32) -> (u64, Vec2) {
+        let seed = combine(self.world.seed, pixel.into());
+        let offset = match self.settings.filter {
+            Filter::Point => Vec2::splat(0.5),
+            Filter::Box => Random::new(seed, 0, index).within_pixel(),
         };
-        let point = Vec2::new(x as f32, y as f32) + offset;
-        let ray = primary(view, point);
-        let Some(hit) = self.closest(&ray) else { return Sample::MISS };
+        let width = view.size.width;
+        (seed, Vec2::new((pixel % width) as f32, (pixel / width) as f32) + offset)
+    }
+
+    /// The first hit of a path.
+    fn begin(&mut self, view: &View, seed: u64, point: Vec2, hit: &Hit, (index, sample): (u32, usize)) -> Sample {
         let scene = self.world.scene;
+        // Many points of a pixel filter textures by themselves; a single one does as the colour pass.
+        let width = if self.settings.filter == Filter::Point { 1.0 } else { 0.0 };
         let footprint = Footprint::of_pixel(scene, view, hit.triangle, point, width);
-        let surface = Surface::new(scene, &ray, &hit, &footprint);
-        let emitted = scene.emitted_over(hit.face(), hit.u, hit.v, &footprint);
-        let radiance = emitted + self.reflected(surface, seed, index);
-        let tied = self.settings.filter == Filter::Point && index == 0 && self.is_tied(view, point, &hit);
+        let mut surface = Surface::new(scene, &primary(view, point), hit);
+        surface.paint(scene.kd_over(hit.triangle, hit.u, hit.v, &footprint));
+        self.paths.push(Path { sample, seed, hit: *hit, surface, throughput: Vec3::ONE, bounds: 0.0, bounce: None });
+        let radiance = scene.emitted_over(hit.face(), hit.u, hit.v, &footprint);
+        let tied = self.settings.filter == Filter::Point && index == 0 && self.is_tied(view, point, hit);
         Sample { radiance, hit: true, emits: scene.face_emits(hit.face()), tied }
     }
 
@@ -151,58 +155,85 @@ impl<'a> Tracer<'a> {
         })
     }
 
-    /// One sample of the radiance that a surface reflects to the eye.
-    fn reflected(&mut self, mut surface: Surface, seed: u64, index: u32) -> Vec3 {
-        let (mut sum, mut throughput) = (Vec3::ZERO, Vec3::ONE);
-        for bounces in 0.. {
-            let random = Random::new(seed, bounces, index);
+    /// Samples the lights and draws a direction where each path is; those end that have none.
+    fn sample_lights(&mut self, bounces: u32, index: u32) {
+        self.shadows.clear();
+        let mut paths = std::mem::take(&mut self.paths);
+        paths.retain_mut(|path| {
+            let random = Random::new(path.seed, bounces, index);
             let [s, t, u, v] = random.light_and_direction();
-            sum += throughput * self.direct(&surface, &random, [s, t]);
-            if self.settings.transport == Transport::Direct {
-                break;
+            path.bounds = {
+                let Path { surface, sample, throughput, .. } = &*path;
+                let lit = Lit { surface, sample: *sample, throughput: *throughput, bounces };
+                self.direct(lit, &random, [s, t])
+            };
+            if self.settings.transport != Transport::Direct {
+                path.bounce = path.surface.bounce([u, v], || random.lobe());
             }
-            let Some(bounce) = surface.bounce([u, v], || random.lobe()) else { break };
-            let Some(hit) = self.closest(&bounce.ray) else { break };
-            let next = self.surface_beyond(&bounce.ray, &hit);
-            sum += throughput * bounce.of_source * self.emitted(&surface, &bounce, &hit, next.point - surface.origin);
-            throughput *= bounce.of_beyond;
-            let survival = survival(throughput, bounces);
-            if survival < 1.0 {
-                if random.survives() >= survival {
-                    break;
-                }
-                throughput /= survival;
+            path.bounce.is_some()
+        });
+        self.paths = paths;
+    }
+
+    /// Adds what of the sampled light is not hidden.
+    fn add_light(&mut self, samples: &mut [Sample]) {
+        self.rays += self.shadows.len() as u64;
+        for shadow in &self.shadows {
+            if !self.world.bvh.occluded(self.world.scene, &shadow.ray) {
+                samples[shadow.sample].radiance += shadow.light;
             }
-            surface = next;
         }
-        sum
     }
 
-    /// The surface that a bounce leads to.
-    fn surface_beyond(&self, ray: &Ray, hit: &Hit) -> Surface {
-        let surface = Surface::new(self.world.scene, ray, hit, &Footprint::POINT);
-        if self.settings.transport == Transport::Method { surface.diffuse() } else { surface }
+    /// Takes each path to where its direction leads; those end that lead nowhere, or by chance.
+    fn advance(&mut self, bounces: u32, index: u32, samples: &mut [Sample]) {
+        let mut paths = std::mem::take(&mut self.paths);
+        let mut hits = std::mem::take(&mut self.hits);
+        hits.clear();
+        hits.extend(paths.iter().map(|path| path.bounce.as_ref().and_then(|bounce| self.closest(&bounce.ray))));
+        let mut of_paths = hits.iter();
+        paths.retain_mut(|path| {
+            let (Some(Some(hit)), Some(bounce)) = (of_paths.next(), path.bounce.take()) else { return false };
+            let next = Surface::new(self.world.scene, &bounce.ray, hit);
+            let emitted = self.emitted(path, &bounce, hit, next.point - path.surface.origin);
+            samples[path.sample].radiance += path.throughput * bounce.of_source * emitted;
+            (path.hit, path.surface) = (*hit, next);
+            path.throughput *= bounce.of_beyond;
+            let survival = survival(path.throughput, bounces);
+            if survival < 1.0 {
+                path.throughput /= survival;
+                return Random::new(path.seed, bounces, index).survives() < survival;
+            }
+            true
+        });
+        (self.paths, self.hits) = (paths, hits);
     }
 
-    /// What is emitted where a bounce ended, `offset` away, as far as sampling the lights from `surface` leaves it.
-    fn emitted(&self, surface: &Surface, bounce: &Bounce, hit: &Hit, offset: Vec3) -> Vec3 {
+    /// Looks up the colours of surfaces that bounces lead to: in a loop of its own, so that memory is asked for many at a time.
+    fn paint(&mut self) {
+        for path in &mut self.paths {
+            let kd = self.world.scene.kd_at(path.hit.triangle, path.hit.u, path.hit.v);
+            if self.settings.transport == Transport::Method {
+                path.surface.paint_diffuse(kd);
+            } else {
+                path.surface.paint(kd);
+            }
+        }
+    }
+
+    /// What is emitted where a bounce ended, `offset` away, as far as sampling the lights at the surface before leaves it.
+    fn emitted(&self, from: &Path, bounce: &Bounce, hit: &Hit, offset: Vec3) -> Vec3 {
         let scene = self.world.scene;
         if !scene.face_emits(hit.face()) {
             return Vec3::ZERO;
         }
-        let share = self.share_of_hit(surface, hit.triangle, offset, bounce.density);
+        let share = self.share_of_hit(&from.surface, from.bounds, hit.triangle, offset, bounce.density);
         scene.emitted_at(hit.face(), hit.u, hit.v) * share
     }
 
     fn closest(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
         self.world.bvh.closest(self.world.scene, ray)
-    }
-
-    /// Whether anything lies on the ray.
-    pub(super) fn occluded(&mut self, ray: &Ray) -> bool {
-        self.rays += 1;
-        self.world.bvh.occluded(self.world.scene, ray)
     }
 }
 

@@ -1,12 +1,12 @@
 //! A surface point as the reflection model sees it: evaluation, and directions drawn by it.
 
 use crate::geom::{Hit, Ray};
+use crate::math::triangle::unit_normal;
 use crate::scene::Scene;
-use crate::scene::footprint::Footprint;
 use crate::shade::lights::Arrival;
 use crate::shade::phong::lobe;
 use glam::Vec3;
-use std::f32::consts::{PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// The point that a ray hit, with the material there.
 pub struct Surface {
@@ -53,32 +53,38 @@ pub struct Bounce {
 }
 
 impl Surface {
-    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit, footprint: &Footprint) -> Self {
+    /// The surface before [`Self::paint`].
+    pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
         // The point from the barycentrics, not from t: its error follows the triangle's size, not the distance.
-        let [a, b, c] = scene.corners(hit.triangle);
+        let corners @ [a, b, c] = scene.corners(hit.triangle);
         let point = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
-        let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
+        let facet = unit_normal(corners) * if hit.back { -1.0 } else { 1.0 };
         let material = scene.material(hit.triangle);
         let scale = point.abs().max_element().max(hit.t);
-        let kd = scene.kd_over(hit.triangle, hit.u, hit.v, footprint);
         Self {
             point,
             origin: point + facet * (scale * 4e-6),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
             to_eye: -ray.direction,
-            kd,
+            kd: Vec3::ZERO,
             ks: material.ks,
             spread: material.highlight_albedo(),
             shininess: material.shininess,
             mirror: material.mirror,
-            glossy: glossy_share(kd, material.ks, material.shininess),
+            glossy: 0.0,
         }
     }
 
+    /// Gives it its diffuse reflectance.
+    pub fn paint(&mut self, kd: Vec3) {
+        self.kd = kd;
+        self.glossy = glossy_share(kd, self.ks, self.shininess);
+    }
+
     /// The same with what goes into the highlight reflected diffusely.
-    pub fn diffuse(self) -> Self {
-        Self { kd: self.kd + self.spread, ks: Vec3::ZERO, glossy: 0.0, ..self }
+    pub fn paint_diffuse(&mut self, kd: Vec3) {
+        (self.kd, self.ks, self.glossy) = (kd + self.spread, Vec3::ZERO, 0.0);
     }
 
     /// The ray to a light.
@@ -88,22 +94,26 @@ impl Surface {
     }
 
     pub fn response(&self, direction: Vec3) -> Response {
-        let glossy = self.ks.max_element() > 0.0;
         Response {
             cosine: self.normal.dot(direction).max(0.0),
-            lobe: if glossy { lobe(self.shininess, self.normal, direction, self.to_eye) } else { 0.0 },
+            lobe: if self.is_glossy() { lobe(self.shininess, self.normal, direction, self.to_eye) } else { 0.0 },
         }
+    }
+
+    /// Whether there is a highlight.
+    fn is_glossy(&self) -> bool {
+        self.ks.max_element() > 0.0
     }
 
     /// f_r cosθ.
     pub fn reflect(&self, response: Response) -> Vec3 {
-        (self.kd / PI + self.ks * response.lobe) * response.cosine
+        (self.kd * FRAC_1_PI + self.ks * response.lobe) * response.cosine
     }
 
     /// Density with which [`Self::bounce`] draws a direction, sr⁻¹.
     pub fn density(&self, response: Response) -> f32 {
         let drawn_lobe = response.lobe * ((self.shininess + 1.0) / (self.shininess + 2.0));
-        (1.0 - self.glossy) * response.cosine / PI + self.glossy * drawn_lobe
+        (1.0 - self.glossy) * FRAC_1_PI * response.cosine + self.glossy * drawn_lobe
     }
 
     /// Draws a direction by `u` ∈ [0, 1)²: by the cosine, or by the lobe about the mirrored eye, as `choice` ∈ [0, 1) says, which
@@ -121,7 +131,7 @@ impl Surface {
         if self.facet.dot(direction) <= 0.0 || response.cosine <= 0.0 || density <= 0.0 {
             return None;
         }
-        let of_source = self.reflect(response) / density;
+        let of_source = if self.is_glossy() { self.reflect(response) / density } else { self.kd };
         let diffuse = || self.kd * (response.cosine / (PI * density));
         let of_beyond = if self.mirror { diffuse() } else { of_source };
         let ray = Ray { origin: self.origin, direction, t_max: f32::INFINITY };

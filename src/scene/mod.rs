@@ -27,6 +27,7 @@ pub mod texture;
 mod textures;
 mod toml_walk;
 
+use crate::math::triangle::unit_normal;
 use camera::NamedCamera;
 use footprint::Footprint;
 use glam::{Vec2, Vec3};
@@ -162,9 +163,7 @@ impl Scene {
     /// Unit geometric normal of the front side (zero for a degenerate triangle).
     #[must_use]
     pub fn geometric_normal(&self, triangle: TriangleId) -> Vec3 {
-        // f64: slivers of a dense mesh far from the origin lose all their digits in f32.
-        let [a, b, c] = self.corners(triangle).map(Vec3::as_dvec3);
-        (b - a).cross(c - a).normalize_or_zero().as_vec3()
+        unit_normal(self.corners(triangle))
     }
 
     /// Texture coordinates at barycentrics (`u`, `v`) of corners 1 and 2.
@@ -178,7 +177,8 @@ impl Scene {
     #[must_use]
     pub fn shading_normal_at(&self, triangle: TriangleId, u: f32, v: f32, back: bool) -> Vec3 {
         let [a, b, c] = self.normals[triangle.0 as usize];
-        let n = (a * (1.0 - u - v) + b * u + c * v).normalize_or(a);
+        // Without a root where it is flat.
+        let n = if a == b && a == c { a } else { (a * (1.0 - u - v) + b * u + c * v).normalize_or(a) };
         if back { -n } else { n }
     }
 

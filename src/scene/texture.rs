@@ -81,6 +81,8 @@ impl Texture {
     fn sample_level(&self, level: usize, uv: Vec2) -> Vec3 {
         let texels = |&[w, h]: &[u32; 2]| w as usize * h as usize;
         let first: usize = self.extents[..level].iter().map(texels).sum();
+        let srgb: &[f32; 256] = &SRGB;
+        let colour = |[r, g, b, _]: [u8; 4]| Vec4::new(srgb[r as usize], srgb[g as usize], srgb[b as usize], 0.0);
         bilinear(&self.texels[first..], self.extents[level], uv, colour).truncate()
     }
 
@@ -122,12 +124,6 @@ fn wrap(i: i64, count: u32) -> usize {
     } else {
         i
     }) as usize
-}
-
-/// Linear colour of a texel.
-fn colour([r, g, b, _]: [u8; 4]) -> Vec4 {
-    let srgb: &[f32; 256] = &SRGB;
-    Vec4::new(srgb[r as usize], srgb[g as usize], srgb[b as usize], 0.0)
 }
 
 /// Mask value of a texel.

@@ -6,6 +6,7 @@ use super::emission::Parts;
 use super::facets::{Facet, Facets, Outlines};
 use super::lights::Arrival;
 use super::panel::Panel;
+use super::reach::Reach;
 use super::silhouette::Silhouette;
 use crate::math::luminance;
 use crate::math::polygon::{edge_term, edges};
@@ -32,12 +33,12 @@ pub struct AreaSource {
     pub(super) textured: bool,
     /// Where a texture makes it uneven.
     pub(super) parts: Parts,
-    /// Luminance of the untextured emission, an upper bound since texels are ≤ 1.
-    peak: f32,
+    /// Luminance of the mean radiance against that of the untextured emission, an upper bound since texels are ≤ 1.
+    mean_to_peak: f32,
+    /// What it sends at most.
+    pub(super) reach: Reach,
     pub(super) centre: Vec3,
     pub(super) radius: f32,
-    /// Upper bound of the share of its area that the source shows in any direction.
-    shown: f32,
     pub(super) distant: Distant,
 }
 
@@ -68,19 +69,20 @@ impl AreaSource {
         let hi = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
         let (centre, radius) = ((lo + hi) * 0.5, (hi - lo).length() * 0.5);
         let facets = Facets::new(facets);
+        let peak = first.map_or(0.0, |m| luminance(m.ke));
         Self {
             distant: Distant::new(&outlines, centre, radius),
             panel: if textured { None } else { Panel::new(&outlines).map(Box::new) },
             outlines,
             silhouette,
-            shown: if both_sides { 1.0 } else { shown_share(&facets) },
+            reach: Reach::of_facets(&facets, (centre, radius), peak, both_sides),
+            mean_to_peak: luminance(radiance) / peak.max(f32::MIN_POSITIVE),
             facets,
             clusters,
             both_sides,
             radiance,
             textured,
             parts,
-            peak: first.map_or(0.0, |m| luminance(m.ke)),
             centre,
             radius,
         }
@@ -90,11 +92,6 @@ impl AreaSource {
     #[must_use]
     pub const fn mean_radiance(&self) -> Vec3 {
         self.radiance
-    }
-
-    /// Upper bound of the luminance of irradiance × squared distance, from wherever it is seen.
-    pub(super) fn reach(&self) -> f32 {
-        self.peak * self.facets.area as f32
     }
 
     /// Whether [`Self::closed_form`] answers wherever it is asked.
@@ -192,20 +189,15 @@ impl AreaSource {
         Some(form)
     }
 
-    /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`; 0 only where no
-    /// light can arrive.
-    pub(super) fn bound(&self, x: Vec3, normal: Vec3) -> f32 {
-        self.peak * self.bound_for_one(x, normal)
-    }
-
-    /// What the luminance of that irradiance is, up to a factor of two or so beside the source; 0 like the bound.
+    /// What the luminance of the unoccluded irradiance at `x` on a surface of unit `normal` is, up to a factor of two or so beside
+    /// the source; 0 only where no light can arrive.
     pub(super) fn strength(&self, x: Vec3, normal: Vec3) -> f32 {
-        let bound = self.bound_for_one(x, normal);
+        let bound = self.reach.bound(x, normal) * self.mean_to_peak;
         if bound == 0.0 || !self.is_roughly_distant(x, normal) {
-            return luminance(self.radiance) * bound;
+            return bound;
         }
         // The little that a source may send which shows its back with its middles.
-        luminance(self.distant_irradiance(x, normal)).max(luminance(self.radiance) * bound * 1e-6)
+        luminance(self.distant_irradiance(x, normal)).max(bound * 1e-6)
     }
 
     /// Unoccluded irradiance as roughly as that.
@@ -214,27 +206,6 @@ impl AreaSource {
         let luminance = luminance(self.radiance);
         if luminance > 0.0 { self.radiance * (self.strength(x, normal) / luminance) } else { Vec3::ZERO }
     }
-
-    /// Upper bound for radiance 1.
-    fn bound_for_one(&self, x: Vec3, normal: Vec3) -> f32 {
-        let offset = self.centre - x;
-        let highest = offset.dot(normal) + self.radius;
-        if highest < 0.0 {
-            return 0.0;
-        }
-        // E ≤ L π, and E ≤ L A cosθ / d² with the nearest distance, the smallest angle, and the area shown: directions to
-        // parts of the source differ from that to its centre by less than radius / nearest.
-        let nearest = (offset.length() - self.radius).max(f32::MIN_POSITIVE);
-        let cosine = (highest / nearest).min(1.0);
-        let area = self.facets.area as f32 * (self.shown + self.radius / nearest).min(1.0);
-        std::f32::consts::PI.min(area * cosine / nearest / nearest).max(f32::MIN_POSITIVE)
-    }
-}
-
-/// Fronts that face a direction d: Σ max(0, A·d) = ½ (Σ |A·d| + d·Σ A), so a closed surface shows half its area at most.
-fn shown_share(facets: &Facets) -> f32 {
-    let sum: DVec3 = facets.list.iter().map(|f| f.normal * f.area).sum();
-    ((1.0 + sum.length() / facets.area.max(f64::MIN_POSITIVE)) * 0.5) as f32
 }
 
 /// The unoccluded light of an area source at a point, for any normal there.

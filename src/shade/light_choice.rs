@@ -1,17 +1,43 @@
 //! One light drawn in proportion to the bound of what it can send to a place: a mesh first, then one of its sources, so that the
 //! cost of many lights is that of their meshes.
 
-use super::light_mesh::{Emitter, Members};
+use super::light_mesh::Emitter;
 use super::lights::Lights;
-use glam::Vec3;
+use super::reach::{LANES, Pack, Reach};
+use glam::{Vec3, Vec4};
 use smallvec::SmallVec;
+
+/// What gives the bounds of all meshes at a place.
+#[derive(Clone, Debug, Default)]
+pub(super) struct MeshBounds {
+    packs: Vec<Pack>,
+    /// Meshes whose bounds the packs do not tell everywhere.
+    others: Vec<u32>,
+}
+
+impl MeshBounds {
+    /// With what the meshes count times now.
+    pub fn new(lights: &Lights) -> Self {
+        let factor = |mesh: usize| lights.mesh_factor(mesh).max_element();
+        let reach = |mesh: usize| (lights.mesh(mesh).reach().unwrap_or_default(), factor(mesh));
+        let reaches: Vec<(Reach, f32)> = (0..lights.mesh_count()).map(reach).collect();
+        let is_other = |&(_, of): &(u32, Emitter<'_>)| matches!(of, Emitter::Group(_)) || of.reach().is_none();
+        Self {
+            packs: reaches.chunks(LANES).map(Pack::new).collect(),
+            others: (0..).zip(lights.meshes()).filter(is_other).map(|(mesh, _)| mesh).collect(),
+        }
+    }
+}
 
 /// The bounds of all meshes at one place.
 #[derive(Clone, Debug, Default)]
 pub struct LightChoice {
     x: Vec3,
     normal: Vec3,
-    bounds: SmallVec<[f32; 128]>,
+    /// Eight meshes at a time.
+    bounds: SmallVec<[[f32; LANES]; 16]>,
+    /// Sum of each eight.
+    sums: SmallVec<[f32; 16]>,
     total: f32,
 }
 
@@ -28,47 +54,71 @@ impl LightChoice {
     /// Bounds what the lights can send to `x` on a surface of unit `normal`.
     pub fn prepare(&mut self, lights: &Lights, x: Vec3, normal: Vec3) {
         (self.x, self.normal) = (x, normal);
-        let bound = |(mesh, of): (usize, Emitter<'_>)| of.bound(x, normal) * lights.mesh_factor(mesh).max_element();
         self.bounds.clear();
-        self.bounds.extend(lights.meshes().enumerate().map(bound));
-        self.total = self.bounds.iter().sum();
+        self.bounds.extend(lights.bounds.packs.iter().map(|pack| pack.bounds(x, normal)));
+        for mesh in lights.bounds.others.iter().map(|&mesh| mesh as usize) {
+            let emitter = lights.mesh(mesh);
+            if emitter.is_near(x) {
+                let factor = lights.mesh_factor(mesh).max_element();
+                self.bounds[mesh / LANES][mesh % LANES] = emitter.bound(x, normal) * factor;
+            }
+        }
+        self.sums.clear();
+        self.sums.extend(self.bounds.iter().map(sum));
+        self.total = self.sums.iter().sum();
     }
 
     /// Draws a light by `pick` ∈ [0, 1); `None` where none can send any, or the one that was to be drawn cannot.
     #[must_use]
     pub fn draw(&self, lights: &Lights, pick: f32) -> Option<Drawn> {
-        let (mesh, left) = proportionally(&self.bounds, pick * self.total)?;
-        let inverse_chance = self.total / self.bounds[mesh];
+        let (pack, left) = proportionally(&self.sums, pick * self.total)?;
+        let (lane, left) = proportionally(&self.bounds[pack], left)?;
+        let (mesh, bound) = (pack * LANES + lane, self.bounds[pack][lane]);
+        let inverse_chance = self.total / bound;
         match lights.mesh(mesh) {
             Emitter::Single(_) => Some(Drawn { light: lights.sources_of_mesh(mesh)[0] as usize, inverse_chance }),
             Emitter::Group(members) => {
-                let bounds = self.bounds_of(members);
+                let bounds: SmallVec<[f32; 32]> = members.bounds(self.x, self.normal).collect();
                 let total: f32 = bounds.iter().sum();
-                let within = (left / self.bounds[mesh]).clamp(0.0, 1.0);
+                let within = (left / bound).clamp(0.0, 1.0);
                 let (at, _) = proportionally(&bounds, within * total)?;
                 Some(Drawn { light: members.source(at), inverse_chance: inverse_chance * (total / bounds[at]) })
             }
         }
     }
 
+    /// Sum of the bounds: all that [`Self::chance_of`] needs to know of them later.
+    #[must_use]
+    pub const fn total(&self) -> f32 {
+        self.total
+    }
+
     /// Probability with which [`Self::draw`] takes a light.
     #[must_use]
     pub fn chance(&self, lights: &Lights, light: usize) -> f32 {
+        Self::chance_of(lights, (self.x, self.normal), self.total, light)
+    }
+
+    /// The same for a choice that was prepared for `x` and `normal` and whose bounds had the sum `total`.
+    #[must_use]
+    pub fn chance_of(lights: &Lights, (x, normal): (Vec3, Vec3), total: f32, light: usize) -> f32 {
         let (mesh, place) = lights.mesh_of(light);
-        let bound = self.bounds[mesh];
-        let chance = if bound > 0.0 { bound / self.total } else { 0.0 };
-        match lights.mesh(mesh) {
+        let emitter = lights.mesh(mesh);
+        let bound = emitter.bound(x, normal) * lights.mesh_factor(mesh).max_element();
+        let chance = if bound > 0.0 { bound / total } else { 0.0 };
+        match emitter {
             Emitter::Single(_) => chance,
             Emitter::Group(members) => {
-                let bounds = self.bounds_of(members);
+                let bounds: SmallVec<[f32; 32]> = members.bounds(x, normal).collect();
                 if bounds[place] > 0.0 { chance * (bounds[place] / bounds.iter().sum::<f32>()) } else { 0.0 }
             }
         }
     }
+}
 
-    fn bounds_of(&self, members: Members<'_>) -> SmallVec<[f32; 32]> {
-        members.bounds(self.x, self.normal).collect()
-    }
+fn sum(bounds: &[f32; LANES]) -> f32 {
+    let [low, high] = [0, 4].map(|first| Vec4::from_slice(&bounds[first..]));
+    (low + high).element_sum()
 }
 
 /// The first of `bounds` whose running sum exceeds `target`, and what of it is left there. Rounding may run past the end; the last

@@ -7,7 +7,7 @@
 
 use super::area_sampler::Sampler;
 use super::lights::{Arrival, Source, delta_arrival};
-use crate::math::luminance;
+use super::reach::Reach;
 use crate::math::sequence::Sequence;
 use crate::scene::Scene;
 use crate::scene::light::LightKind;
@@ -42,8 +42,8 @@ pub struct Group {
     /// A sphere that holds all.
     centre: Vec3,
     radius: f32,
-    /// Σ of upper bounds of irradiance × squared distance, luminance, with the members' factors.
-    reach: f32,
+    /// What they send at most, from outside of it, with the members' factors.
+    reach: Reach,
 }
 
 /// Distance in radii from which a group's bound is that of all its power in its sphere.
@@ -59,14 +59,15 @@ impl Group {
         let centre = (lo + hi) * 0.5;
         let radius = spheres().map(|(c, r)| c.distance(centre) + r).fold(0.0, f32::max);
         let factors = vec![Vec3::ONE; members.len()];
-        let mut group = Self { members, factors, common: Vec3::ONE, centre, radius, reach: 0.0 };
+        let mut group = Self { members, factors, common: Vec3::ONE, centre, radius, reach: Reach::default() };
         group.measure_reach(sources);
         group
     }
 
     fn measure_reach(&mut self, sources: &[Source]) {
         let members = self.members.iter().zip(&self.factors);
-        self.reach = members.map(|(&m, factor)| reach(&sources[m as usize]) * factor.max_element()).sum();
+        let strengths = members.map(|(&m, factor)| strength(&sources[m as usize]) * factor.max_element());
+        self.reach = Reach::of_sphere(self.centre, self.radius, strengths.sum());
     }
 
     /// Indices of its sources.
@@ -113,12 +114,8 @@ pub(super) fn sphere(source: &Source) -> Option<(Vec3, f32)> {
 }
 
 /// Upper bound of the luminance of a source's irradiance × squared distance.
-fn reach(source: &Source) -> f32 {
-    match source {
-        Source::Delta(LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. }) => luminance(*intensity),
-        Source::Delta(_) => 0.0,
-        Source::Area(area) => area.reach(),
-    }
+fn strength(source: &Source) -> f32 {
+    source.reach().map_or(0.0, |reach| reach.strength())
 }
 
 impl<'a> Emitter<'a> {
@@ -138,6 +135,22 @@ impl<'a> Emitter<'a> {
         match self {
             Self::Single(source) => source.bound(x, normal),
             Self::Group(members) => members.bound(x, normal),
+        }
+    }
+
+    /// What gives the same bound at places that are not [near](Self::is_near); `None` if nothing does anywhere.
+    pub(super) fn reach(self) -> Option<Reach> {
+        match self {
+            Self::Single(source) => source.reach(),
+            Self::Group(members) => Some(members.group.reach),
+        }
+    }
+
+    /// Whether only [`Self::bound`] itself tells the bound at `x`: that of a group is the sum over its members there.
+    pub(super) fn is_near(self, x: Vec3) -> bool {
+        match self {
+            Self::Single(source) => source.reach().is_none(),
+            Self::Group(members) => members.is_near(x),
         }
     }
 
@@ -211,16 +224,14 @@ impl<'a> Members<'a> {
     }
 
     fn bound(self, x: Vec3, normal: Vec3) -> f32 {
-        let highest = self.highest(x, normal);
-        if highest < 0.0 {
+        if self.highest(x, normal) < 0.0 {
             return 0.0;
         }
-        let distance = self.group.centre.distance(x);
-        if distance < FAR * self.group.radius {
-            return self.bounds(x, normal).sum();
-        }
-        let nearest = (distance - self.group.radius).max(f32::MIN_POSITIVE);
-        self.group.reach * (highest / nearest).min(1.0) / nearest / nearest
+        if self.is_near(x) { self.bounds(x, normal).sum() } else { self.group.reach.bound(x, normal) }
+    }
+
+    fn is_near(self, x: Vec3) -> bool {
+        self.group.centre.distance_squared(x) < (FAR * self.group.radius).powi(2)
     }
 
     /// Bounds of its members one by one.

@@ -4,7 +4,9 @@ pub use super::area::{AreaSource, ClosedForm};
 pub use super::area_sampler::Sampler;
 pub use super::area_specular::Receiver;
 use super::grouping::{Candidate, divide};
+use super::light_choice::MeshBounds;
 use super::light_mesh::{Emitter, Group, Members, sphere};
+use super::reach::Reach;
 use crate::math::luminance;
 use crate::scene::light::{Light, LightKind, spot_falloff};
 use crate::scene::{Scene, TriangleId};
@@ -50,6 +52,8 @@ pub struct Lights {
     meshes: Vec<LightMesh>,
     /// The mesh of each source, with its place among those of the mesh.
     of_source: Vec<(u32, u32)>,
+    /// What each mesh sends at most.
+    pub(super) bounds: MeshBounds,
 }
 
 /// The sources of a mesh.
@@ -92,6 +96,7 @@ impl Lighting {
 
 /// One source, prepared for sampling.
 #[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant, reason = "side by side in one array, which is read where light is sampled")]
 pub enum Source {
     /// A single direction at each point.
     Delta(LightKind),
@@ -121,14 +126,17 @@ impl Lights {
         for (mesh, at) in (0..).zip(&meshes) {
             (0..).zip(at.members()).for_each(|(place, &source)| of_source[source as usize] = (mesh, place));
         }
-        Self {
+        let mut lights = Self {
             of_triangle: members.flatten().collect(),
             factors: vec![Vec3::ONE; sources.len()],
             sources,
             powers,
             meshes,
             of_source,
-        }
+            bounds: MeshBounds::default(),
+        };
+        lights.bounds = MeshBounds::new(&lights);
+        lights
     }
 
     /// Number of meshes; those of single sources where there are not too many.
@@ -195,7 +203,9 @@ impl Lights {
             LightMesh::Group(group) => group.relight(sources, factors).then_some(mesh),
             LightMesh::Single(_) => None,
         };
-        self.meshes.iter_mut().enumerate().filter_map(mixed).collect()
+        let mixed = self.meshes.iter_mut().enumerate().filter_map(mixed).collect();
+        self.bounds = MeshBounds::new(self);
+        mixed
     }
 
     /// What the sources emit now.
@@ -264,7 +274,21 @@ impl Source {
     pub fn bound(&self, x: Vec3, normal: Vec3) -> f32 {
         match self {
             Self::Delta(kind) => delta_luminance(kind, x, normal),
-            Self::Area(area) => area.bound(x, normal),
+            Self::Area(area) => area.reach.bound(x, normal),
+        }
+    }
+
+    /// What gives the same bound; `None` for light from infinity.
+    pub(super) fn reach(&self) -> Option<Reach> {
+        match *self {
+            Self::Delta(LightKind::Point { position, intensity }) => {
+                Some(Reach::of_point(position, luminance(intensity)))
+            }
+            Self::Delta(LightKind::Spot { position, direction, intensity, cos_inner, cos_outer }) => {
+                Some(Reach::of_spot(position, direction, luminance(intensity), [cos_inner, cos_outer]))
+            }
+            Self::Delta(_) => None,
+            Self::Area(ref area) => Some(area.reach),
         }
     }
 

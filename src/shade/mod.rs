@@ -13,5 +13,6 @@ pub mod light_mesh;
 pub mod lights;
 mod panel;
 pub mod phong;
+mod reach;
 mod silhouette;
 pub mod world;
