@@ -7,7 +7,7 @@
 use super::dynamic::{Cache, SlotId};
 use super::odds;
 use super::topology::NodeId;
-use super::vertex::VertexId;
+use super::vertex::{Left, VertexId};
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
 use crate::math::luminance;
 use crate::shade::light_mesh::Emitter;
@@ -303,8 +303,7 @@ fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
 }
 
 /// Whether more points of a light would tell more: in its penumbra, and everywhere if it has no closed form.
-#[must_use]
-pub fn is_doubled(light: Emitter<'_>, known: Visibility) -> bool {
+fn is_doubled(light: Emitter<'_>, known: Visibility) -> bool {
     if light.all_points().is_some() {
         return false;
     }
@@ -312,6 +311,15 @@ pub fn is_doubled(light: Emitter<'_>, known: Visibility) -> bool {
     let penumbra = known.points >= in_turns(light, PENUMBRA_POINTS);
     let sampled = known.points > 0 && known.fraction() > 0.0 && !light.has_closed_form();
     (penumbra || sampled) && known.points < MAX_POINTS
+}
+
+impl Left {
+    /// Takes in what a light that is on leaves to do.
+    pub(super) fn add(&mut self, light: Emitter<'_>, known: Visibility) {
+        // One ray for a delta light, four for an area light: two is near enough for a key.
+        self.settle += if known.origin == Origin::Deferred { 2 } else { 0 };
+        self.double += if is_doubled(light, known) { known.points } else { 0 };
+    }
 }
 
 /// A round of points of one mesh, of an area light or a group, at one vertex.

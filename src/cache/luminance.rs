@@ -1,7 +1,7 @@
 //! Luminance shown at a slot, from the samples of its vertex: no ray is traced here.
 
 use super::dynamic::{Cache, SlotId};
-use super::vertex::Vertex;
+use super::vertex::{Left, Vertex};
 use crate::estimate::visibility::{AreaSum, Origin, REMEMBERED, Visibility};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;
@@ -37,6 +37,8 @@ pub struct Shown {
     pub diffuse: Diffuse,
     /// Specular luminance S (method 2).
     pub specular: Vec3,
+    /// What its vertex leaves to trace.
+    pub left: Left,
 }
 
 /// Luminance of a highlight against its light's diffuse one up to which it has the light's mean colour.
@@ -59,13 +61,14 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
         },
         shines: record.shininess.is_some(),
     };
-    let mut sum = Sum::default();
+    let (mut sum, mut left) = (Sum::default(), Left::default());
     for (light, (emitter, layer)) in world.lights.meshes().zip(&cache.layers).enumerate() {
         let factor = world.lights.mesh_factor(light);
         if factor == Vec3::ZERO {
             continue;
         }
         let visibility = layer.visibility.get(record.vertex.0);
+        left.add(emitter, visibility);
         let spread = spread(emitter, visibility);
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
             let samples = Samples { light, visibility, sum: layer.sums.get(slot.0) };
@@ -79,7 +82,7 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
         }
     }
     let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
-    Shown { diffuse, specular: sum.specular }
+    Shown { diffuse, specular: sum.specular, left }
 }
 
 /// Light of one source at a slot.

@@ -58,6 +58,17 @@ pub struct Progress {
     pub enclosed: bool,
     /// Raised whenever its samples change, so that queued work based on older ones is recognised.
     pub version: u32,
+    /// What is left to trace.
+    pub left: Left,
+}
+
+/// Rays that tasks at a vertex would take, roughly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Left {
+    /// To trace the lights that are only guessed.
+    pub settle: u32,
+    /// To double the points of lights that are partly visible.
+    pub double: u32,
 }
 
 /// Steps are bounded by the scene's diagonal: large enough for f32 at that scale, small enough for thin parts.

@@ -323,6 +323,7 @@ impl Engine {
                 known: self.cache.vertices[record.vertex.0].progress.visited,
                 ..Light::default()
             };
+            self.cache.vertices[record.vertex.0].progress.left = shown.left;
         }
         let fresh = |s: &&SlotId| !self.cache.slots[s.0].indirect.known;
         let fresh: Vec<SlotId> = slots.iter().filter(fresh).copied().collect();

@@ -7,7 +7,7 @@ use crate::cache::direct::{self, Job, Wanted};
 use crate::cache::dynamic::{Cache, SlotId};
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
-use crate::estimate::visibility::{Origin, Visibility};
+use crate::estimate::visibility::Visibility;
 use crate::shade::world::World;
 use rustc_hash::FxHashSet;
 
@@ -401,14 +401,11 @@ impl Engine {
 
     /// Rays that a vertex's task would take.
     fn rays_of(&self, task: Task) -> f32 {
-        let lights = self.lights.meshes().zip(&self.cache.layers).enumerate();
-        let lit = lights.filter(|(light, _)| self.lights.mesh_is_on(*light));
-        let known = |v: VertexId| lit.map(move |(_, (s, l))| (s, l.visibility.get(v.0)));
-        let rays: u32 = match task {
+        let left = |v: VertexId| self.cache.vertices[v.0].progress.left;
+        let rays = match task {
             Task::Split(_) | Task::Inner(_) | Task::Audit(_) | Task::Gather(_) | Task::Refine(_) => 0,
-            // One ray for a delta light, four for an area light: two is near enough for a key.
-            Task::Settle(v) => known(v).map(|(_, k)| if k.origin == Origin::Deferred { 2 } else { 0 }).sum(),
-            Task::Double(v) => known(v).map(|(s, k)| if direct::is_doubled(s, k) { k.points } else { 0 }).sum(),
+            Task::Settle(v) => left(v).settle,
+            Task::Double(v) => left(v).double,
         };
         rays as f32
     }
