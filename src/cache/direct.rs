@@ -152,13 +152,14 @@ fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, ou
     let mut expected: f32 = open.iter().map(|o| o.strength * o.odds).sum();
     let mut left: f32 = open.iter().map(Open::variance).sum();
     open.sort_unstable_by(|a, b| b.variance().total_cmp(&a.variance()).then(a.light.cmp(&b.light)));
-    for Open { light, strength, odds } in open {
+    for light in open {
+        let (at_stake, Open { light, strength, odds }) = (light.variance(), light);
         if strength == 0.0 || left <= (DEFERRED_ERROR * expected).powi(2) {
             let visibility = Visibility::taken_over(Origin::Deferred, odds);
             out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
             continue;
         }
-        left -= strength * strength * odds * (1.0 - odds);
+        left -= at_stake;
         let first = if matches!(place, Place::Pixel) { PENUMBRA_POINTS } else { FIRST_POINTS };
         sample(world, cache, (id, light), [first, penumbra_points(strength, all)], out);
         let found = out.lights.last().map_or(odds, |result| result.visibility.fraction());
