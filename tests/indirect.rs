@@ -491,3 +491,24 @@ fn the_picture_is_the_path_tracers() {
     assert!(bias.abs() < 4.0 * noise + 0.008, "{bias} ± {noise}");
     assert!(rmse < 0.02 && count > 900.0, "{rmse} over {count} pixels");
 }
+
+/// Unfiltered, a vertex whose few rays missed the light must not look certain: what it shows is as noisy as what its neighbours
+/// found says, so it is asked again. Noise is what rays are spent by.
+#[test]
+fn noise_is_judged_by_the_neighbours_too() {
+    let mut scene = Scene::default();
+    let wall = material(&mut scene, |m| m.kd = Vec3::splat(0.5));
+    let ids = icosphere(&mut scene, Vec3::ZERO, 2.0, 3, true, wall);
+    // Close to the wall: few rays find the bright spot.
+    light(&mut scene, LightKind::Point { position: Vec3::new(1.9, 0.0, 0.0), intensity: Vec3::ONE });
+    let mut engine = engine_with(scene, 2, Options { filter: false, ..bounces(4) });
+    gather_light(&mut engine, &front(&ids), Vec3::ZERO, 60_000);
+    let cache = engine.cache();
+    // Deviations from the mean in standard errors: by its own rays alone a low sample seems far off, and is believed.
+    let lights: Vec<_> = sampled(&engine).into_iter().map(|slot| cache.slots[slot.0].indirect).collect();
+    let mean = lights.iter().map(|l| l.diffuse.y).sum::<f32>() / lights.len() as f32;
+    let low = lights.iter().filter(|l| l.diffuse.y < mean - 4.0 * l.variance.sqrt()).count();
+    println!("{low} of {} vertices are low and seem sure of it", lights.len());
+    // 2.8 %; 14 % by their own variance alone.
+    assert!(low * 15 < lights.len(), "{low} of {}", lights.len());
+}
