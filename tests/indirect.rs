@@ -1,53 +1,25 @@
-//! Indirect light of the engine against closed forms (design page `literature.md` 5) and the path tracer.
+//! Indirect light of the engine against closed forms (design page `literature.md` 5).
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod by_hand;
 mod shapes;
 
-use by_hand::{Mirror, drawn, engine_with, light, material, options, patch, solve, triangle};
-use glam::{Vec2, Vec3};
+use by_hand::{bounces, engine_with, front, gather_light, light, material, options, patch, refined, solve, triangle};
+use glam::Vec3;
 use penombre::cache::gather::{GatherJob, Gathered, gather};
 use penombre::estimate::hemisphere::Method;
-use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::math::luminance;
-use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
-use penombre::refine::engine::{Budget, Engine, Visible};
+use penombre::refine::engine::Engine;
 use penombre::refine::options::Options;
 use penombre::refine::update::SlotId;
-use penombre::scene::camera::{ImageSize, View};
 use penombre::scene::light::LightKind;
 use penombre::scene::material::MaterialId;
-use penombre::scene::{FaceId, Scene, TriangleId, load};
+use penombre::scene::{FaceId, Scene, TriangleId};
 use penombre::shade::lights::Lights;
 use penombre::shade::world::World;
 use shapes::icosphere;
-use std::collections::HashMap;
 use std::f32::consts::PI;
-use std::path::Path;
-
-/// No refinement, light that bounces, shown as it was sampled.
-fn bounces(seed: u64) -> Options {
-    Options { indirect: true, filter: false, ..options(seed) }
-}
-
-fn front(ids: &[TriangleId]) -> Vec<FaceId> {
-    ids.iter().map(|&t| FaceId::new(t, false)).collect()
-}
-
-/// Lights the given faces until `rays` are traced: indirect light is never done.
-fn gather_light(engine: &mut Engine, faces: &[FaceId], eye: Vec3, rays: u64) -> Mirror {
-    let mut faces: Vec<(FaceId, u32)> = faces.iter().map(|&f| (f, 4_000)).collect();
-    faces.sort();
-    let mut mirror = Mirror::default();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, view: None, faces }));
-    while !mirror.last.stats.converged && mirror.last.stats.rays < rays {
-        mirror.apply(engine.step(Budget::Rays(20_000)));
-        engine.counted(&drawn(&mirror));
-    }
-    engine.cache().validate();
-    mirror
-}
 
 /// Slots that gathered light themselves, in their order.
 fn sampled(engine: &Engine) -> Vec<SlotId> {
@@ -260,13 +232,6 @@ fn small_room(scale: f32, gain: f32) -> (Scene, Vec<TriangleId>) {
     (scene, ids)
 }
 
-/// Lights a room, refined where it pays, until `rays` are traced.
-fn refined(scene: Scene, ids: &[TriangleId], threads: usize, options: Options, rays: u64) -> (Engine, Mirror) {
-    let mut engine = engine_with(scene, threads, Options { min_pixels: 3.0, ..options });
-    let mirror = gather_light(&mut engine, &front(ids), Vec3::splat(0.5), rays);
-    (engine, mirror)
-}
-
 /// Direct and indirect D of all slots.
 fn all_light(engine: &Engine) -> Vec<[Vec3; 2]> {
     let slots = &engine.cache().slots;
@@ -369,78 +334,6 @@ fn what_is_behind_a_wall_does_not_darken_what_runs_into_it() {
     assert!(up_to < 0.8 && through > 0.9, "{through} {up_to}");
 }
 
-fn cornell() -> Scene {
-    let mut scene =
-        load::load(&Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_box/cornell_box.toml")).unwrap().scene;
-    // The lamp of the program that the figures come from reflects nothing.
-    scene.materials.iter_mut().filter(|m| m.is_emissive()).for_each(|m| m.kd = Vec3::ZERO);
-    scene
-}
-
-/// A scene lit as its first camera sees it, a pixel a ray.
-struct Picture {
-    view: View,
-    bvh: Bvh,
-    mirror: Mirror,
-}
-
-impl Picture {
-    fn new(scene: &Scene, side: u32, options: Options, rays: u64) -> Self {
-        let bvh = Bvh::build(scene);
-        let view = View::new(&scene.cameras[0].camera, ImageSize { width: side, height: side }, scene.diagonal());
-        let mut pixels: HashMap<FaceId, u32> = HashMap::new();
-        for (x, y) in (0..side * 4).flat_map(|y| (0..side * 4).map(move |x| (x, y))) {
-            // A sixteenth of a pixel each: as if the picture were four times as large.
-            let direction = view.direction(Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / 4.0);
-            if let Some(hit) = bvh.closest(scene, &Ray { origin: view.eye, direction, t_max: f32::INFINITY }) {
-                *pixels.entry(hit.face()).or_default() += 1;
-            }
-        }
-        let mut faces: Vec<(FaceId, u32)> = pixels.into_iter().collect();
-        faces.sort();
-        let mut engine = engine_with(scene.clone(), 2, Options { min_pixels: 3.0, ..options });
-        let mut mirror = Mirror::default();
-        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, view: Some(view), faces }));
-        while !mirror.last.stats.converged && mirror.last.stats.rays < rays {
-            mirror.apply(engine.step(Budget::Rays(20_000)));
-            engine.counted(&drawn(&mirror));
-        }
-        Self { view, bvh, mirror }
-    }
-}
-
-/// Five points of the Cornell box with their normals, reflectances, and direct and indirect irradiance, from 3·10⁶ paths each
-/// of another program.
-fn cornell_points() -> [(Vec3, Vec3, [Vec3; 2]); 5] {
-    let v = Vec3::new;
-    [
-        (v(278.0, 0.0, 30.0), Vec3::Y, [v(0.3813, 0.2691, 0.0897), v(0.1169, 0.0428, 0.0092)]),
-        (v(450.0, 0.0, 100.0), Vec3::Y, [v(0.5272, 0.3721, 0.1240), v(0.2104, 0.0622, 0.0141)]),
-        (v(100.0, 400.0, 559.2), Vec3::NEG_Z, [v(0.5635, 0.3978, 0.1326), v(0.2487, 0.2220, 0.0368)]),
-        (v(100.0, 548.8, 100.0), Vec3::NEG_Y, [Vec3::ZERO, v(0.2528, 0.2016, 0.0408)]),
-        (v(0.0, 274.4, 279.6), Vec3::X, [v(0.7514, 0.5304, 0.1768), v(0.3780, 0.2284, 0.0578)]),
-    ]
-}
-
-#[test]
-fn cornell_box_irradiances() {
-    let scene = cornell();
-    let ids: Vec<TriangleId> = (0..scene.triangles.len() as u32).map(TriangleId).collect();
-    let (_, mirror) = refined(scene.clone(), &ids, 2, Options { shadow_size: 10.0, ..bounces(10) }, 4_000_000);
-    let mut mean = 0.0;
-    for (point, normal, [direct, indirect]) in cornell_points() {
-        let faces = front(&ids).into_iter().filter(|f| {
-            let (corner, facet) = (scene.corners(f.triangle())[0], scene.geometric_normal(f.triangle()));
-            facet.dot(normal) > 0.999 && (corner - point).dot(normal).abs() < 0.5
-        });
-        let found = faces.filter_map(|f| mirror.diffuse_at(f, point)).next().unwrap() * PI;
-        let off = found / (direct + indirect) - 1.0;
-        assert!(off.abs().max_element() < 0.03, "{point}: {found}, off by {off}");
-        mean += off.element_sum() / 15.0;
-    }
-    assert!(mean.abs() < 0.015, "{mean}");
-}
-
 /// The adaptive methods run in the engine, too: too dark, as docs/bench.md says of them, but not by more.
 #[test]
 fn the_methods_err_as_documented() {
@@ -455,41 +348,6 @@ fn the_methods_err_as_documented() {
         let found = mean(method) / truth - 1.0;
         assert!(bias.contains(&found), "{method:?}: {found}");
     }
-}
-
-/// The picture against the path tracer: in the mean, and pixel by pixel beyond the path tracer's own noise.
-#[test]
-fn the_picture_is_the_path_tracers() {
-    let (side, passes) = (32, 512);
-    let scene = cornell();
-    let picture = Picture::new(&scene, side, Options { shadow_size: 10.0, ..bounces(11) }, 3_000_000);
-    let lights = Lights::new(&scene);
-    let world = World::new(&scene, &picture.bvh, &lights, 12, scene.diagonal());
-    let settings = Settings { filter: Filter::Point, transport: Transport::Full, strategy: Strategy::Both };
-    let mut accumulator = Accumulator::new(&picture.view);
-    (0..passes).for_each(|_| assert!(accumulator.pass(&world, &picture.view, settings, || false).finished));
-    let reference = accumulator.image();
-    let (mut off, mut variance, mut mean, mut square, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
-    for (i, expected) in reference.mean.iter().enumerate().filter(|(i, _)| reference.mask[*i]) {
-        let pixel = Vec2::new((i as u32 % side) as f32 + 0.5, (i as u32 / side) as f32 + 0.5);
-        let ray = Ray { origin: picture.view.eye, direction: picture.view.direction(pixel), t_max: f32::INFINITY };
-        let hit = picture.bvh.closest(&scene, &ray).unwrap();
-        let at = ray.origin + ray.direction * hit.t;
-        let Some(diffuse) = picture.mirror.diffuse_at(hit.face(), at) else { continue };
-        let shown = scene.kd_at(hit.triangle, hit.u, hit.v) * diffuse;
-        let d = f64::from(luminance(shown) - luminance(expected.truncate()));
-        off += d;
-        square += d * d;
-        mean += f64::from(luminance(expected.truncate()));
-        let weights = Vec3::new(0.2126, 0.7152, 0.0722);
-        variance += f64::from((weights * weights).dot(reference.variance[i]));
-        count += 1.0;
-    }
-    let bias = off / mean;
-    let noise = variance.sqrt() / mean;
-    let rmse = ((square - variance).max(0.0) / count).sqrt() / (mean / count);
-    assert!(bias.abs() < 4.0 * noise + 0.008, "{bias} ± {noise}");
-    assert!(rmse < 0.02 && count > 900.0, "{rmse} over {count} pixels");
 }
 
 /// Unfiltered, a vertex whose few rays missed the light must not look certain: what it shows is as noisy as what its neighbours

@@ -3,7 +3,7 @@
 
 mod by_hand;
 
-use by_hand::{Mirror, drawn, engine_with, light, material, options, patch, solve_pixels};
+use by_hand::{Mirror, drawn, engine_with, front, light, material, options, patch, solve_pixels};
 use glam::{DVec3, Vec3};
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
@@ -90,10 +90,6 @@ fn grouped(seed: u64) -> Options {
     Options { max_light_meshes: 30, min_pixels: 3.0, shadow_size: 0.3, ..options(seed) }
 }
 
-fn fronts(ids: &[TriangleId]) -> Vec<FaceId> {
-    ids.iter().map(|&t| FaceId::new(t, false)).collect()
-}
-
 /// Irradiance of all lamps at a point of the floor, ray by ray; squares by a grid of points.
 fn brute_force(scene: &Scene, bvh: &Bvh, x: Vec3, factor: impl Fn(u32) -> Vec3) -> Vec3 {
     const N: u32 = 6;
@@ -157,7 +153,7 @@ fn grouped_light_is_that_of_every_lamp() {
     let (scene, ids) = hall(false, true, evenly);
     let solved = |max_light_meshes| {
         let mut engine = engine_with(scene.clone(), 2, Options { max_light_meshes, ..grouped(1) });
-        let mirror = solve_pixels(&mut engine, &fronts(&ids), 1000, EYE);
+        let mirror = solve_pixels(&mut engine, &front(&ids), 1000, EYE);
         engine.cache().validate();
         (error(&mirror, &scene, &ids, evenly), mirror.last.stats, engine.cache().layers.len())
     };
@@ -177,7 +173,7 @@ fn without_occlusion_groups_are_exact() {
     let shown = |max_light_meshes| {
         // Faint lights are not put off for ever.
         let options = Options { max_light_meshes, tolerance: 1e-7, ..options(3) };
-        let mirror = solve_pixels(&mut engine_with(scene.clone(), 1, options), &fronts(&ids), 10, EYE);
+        let mirror = solve_pixels(&mut engine_with(scene.clone(), 1, options), &front(&ids), 10, EYE);
         ids.iter()
             .flat_map(|&t| mirror.face(FaceId::new(t, false)))
             .map(|s| [s.diffuse, s.specular])
@@ -302,7 +298,7 @@ fn as_many_meshes_as_lights_are_one_each() {
     assert_eq!((sizes.len(), sizes.iter().filter(|&&n| n == 2).count()), (179, 1));
     let shown = |max_light_meshes| {
         let mut engine = engine_with(scene.clone(), 1, Options { max_light_meshes, ..options(3) });
-        all_shown(&solve_pixels(&mut engine, &fronts(&ids), 10, EYE))
+        all_shown(&solve_pixels(&mut engine, &front(&ids), 10, EYE))
     };
     assert_eq!(shown(180), shown(100_000));
     assert_ne!(shown(180), shown(30));
@@ -327,13 +323,13 @@ fn threads_do_not_change_groups() {
     let (scene, ids) = hall(true, true, evenly);
     let shown = |threads| {
         let mut engine = engine_with(scene.clone(), threads, Options { tolerance: 1e-2, ..grouped(4) });
-        all_shown(&solve_pixels(&mut engine, &fronts(&ids), 1000, EYE))
+        all_shown(&solve_pixels(&mut engine, &front(&ids), 1000, EYE))
     };
     assert_eq!(shown(1), shown(2));
 }
 
 fn relit(engine: &mut Engine, mirror: &mut Mirror, ids: &[TriangleId], factors: &[Vec3]) {
-    let faces = fronts(ids).into_iter().map(|face| (face, 1000)).collect();
+    let faces = front(ids).into_iter().map(|face| (face, 1000)).collect();
     let generation = mirror.last.generation + 1;
     mirror.apply(engine.relight(factors, &Visible { generation, eye: EYE, view: None, faces }));
 }
@@ -344,7 +340,7 @@ fn relit(engine: &mut Engine, mirror: &mut Mirror, ids: &[TriangleId], factors: 
 fn members_can_be_changed_one_by_one() {
     let (scene, ids) = hall(false, true, evenly);
     let mut engine = engine_with(scene.clone(), 2, grouped(6));
-    let mut mirror = solve_pixels(&mut engine, &fronts(&ids), 1000, EYE);
+    let mut mirror = solve_pixels(&mut engine, &front(&ids), 1000, EYE);
     let (before, rays) = (all_shown(&mirror), mirror.last.stats.rays);
     relit(&mut engine, &mut mirror, &ids, &factors(|_| Vec3::new(0.0, 0.5, 2.0)));
     relit(&mut engine, &mut mirror, &ids, &factors(|_| Vec3::ZERO));

@@ -3,7 +3,7 @@
 
 mod by_hand;
 
-use by_hand::{Mirror, both_sides, drawn, engine_with, light, material, options, patch, solve_pixels};
+use by_hand::{Mirror, both_sides, drawn, engine_with, front, light, material, options, patch, solve_pixels};
 use glam::{Vec2, Vec3};
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
@@ -31,10 +31,6 @@ fn lamp_and_blocker(scene: &mut Scene) {
     light(scene, LightKind::Area { triangles });
     let dark = material(scene, |_| {});
     patch(scene, Vec3::new(0.05, 0.4, -0.25), Vec3::Z * 0.5, Vec3::X * 0.5, 1, dark);
-}
-
-fn front(ids: &[TriangleId]) -> Vec<FaceId> {
-    ids.iter().map(|&t| FaceId::new(t, false)).collect()
 }
 
 /// Every face is tiled by its drawn triangles: areas add up, orientation is kept, no triangle's edge has another's vertex

@@ -177,3 +177,34 @@ pub fn solve_pixels(engine: &mut Engine, faces: &[FaceId], pixels: u32, eye: Vec
 pub fn both_sides(triangles: &[TriangleId]) -> Vec<FaceId> {
     triangles.iter().flat_map(|&t| [FaceId::new(t, false), FaceId::new(t, true)]).collect()
 }
+
+/// No refinement, light that bounces, shown as it was sampled.
+pub fn bounces(seed: u64) -> Options {
+    Options { indirect: true, filter: false, ..options(seed) }
+}
+
+/// The front faces of `ids`.
+pub fn front(ids: &[TriangleId]) -> Vec<FaceId> {
+    ids.iter().map(|&t| FaceId::new(t, false)).collect()
+}
+
+/// Lights the given faces until `rays` are traced: indirect light is never done.
+pub fn gather_light(engine: &mut Engine, faces: &[FaceId], eye: Vec3, rays: u64) -> Mirror {
+    let mut faces: Vec<(FaceId, u32)> = faces.iter().map(|&f| (f, 4_000)).collect();
+    faces.sort();
+    let mut mirror = Mirror::default();
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, view: None, faces }));
+    while !mirror.last.stats.converged && mirror.last.stats.rays < rays {
+        mirror.apply(engine.step(Budget::Rays(20_000)));
+        engine.counted(&drawn(&mirror));
+    }
+    engine.cache().validate();
+    mirror
+}
+
+/// Lights a room, refined where it pays, until `rays` are traced.
+pub fn refined(scene: Scene, ids: &[TriangleId], threads: usize, options: Options, rays: u64) -> (Engine, Mirror) {
+    let mut engine = engine_with(scene, threads, Options { min_pixels: 3.0, ..options });
+    let mirror = gather_light(&mut engine, &front(ids), Vec3::splat(0.5), rays);
+    (engine, mirror)
+}
