@@ -2,7 +2,7 @@
 
 use super::dynamic::{Cache, SlotId};
 use super::vertex::{Left, Vertex};
-use crate::estimate::visibility::{AreaSum, Origin, REMEMBERED, Visibility};
+use crate::estimate::visibility::{AreaSum, Origin, Visibility};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;
 use crate::scene::light::LightKind;
@@ -24,6 +24,8 @@ pub struct Diffuse {
 
 /// Least odds that a guess of what a place sees of a light is wrong.
 const LEAST_ODDS: f32 = 1.0 / 255.0;
+/// Points from which on what they say of a penumbra tells their noise: fewer were taken where neighbours agree.
+const SURE_POINTS: u32 = 16;
 /// Variance of stratified points in a penumbra against independent ones.
 const STRATIFIED: f32 = 0.3;
 
@@ -138,7 +140,7 @@ fn group_variance(group: Emitter<'_>, visibility: Visibility) -> f32 {
     if group.all_points().is_some_and(|all| points >= all) {
         return 0.0;
     }
-    match visibility.change_after(count).filter(|_| points >= REMEMBERED) {
+    match visibility.change_after(count).filter(|_| points >= SURE_POINTS) {
         Some(change) => change * 0.5 * STRATIFIED / points as f32,
         None => fraction_variance(visibility, visibility.fraction()),
     }
@@ -147,7 +149,7 @@ fn group_variance(group: Emitter<'_>, visibility: Visibility) -> f32 {
 /// Variance of a visible fraction.
 fn fraction_variance(visibility: Visibility, fraction: f32) -> f32 {
     match visibility.origin {
-        Origin::Sampled if visibility.points >= REMEMBERED => {
+        Origin::Sampled if visibility.points >= SURE_POINTS => {
             // Half a point of doubt each way: that all points agree does not say that all others would.
             let n = visibility.points as f32;
             let likely = (fraction * n + 0.5) / (n + 1.0);

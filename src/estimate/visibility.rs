@@ -10,8 +10,9 @@ pub struct Visibility {
     pub points: u32,
     /// How many of them were visible.
     hits: u32,
-    /// Visibility of the newest points, bit 0 the newest: bit i is point `points - 1 - i` of the sequence.
-    pub mask: u16,
+    /// Visibility of the newest points, bit 0 of the first word the newest: bit i is point `points - 1 - i` of the sequence. (Two
+    /// words, as one of 64 bits would cost padding.)
+    newest: [u32; 2],
     /// How the value came about.
     pub origin: Origin,
     /// Visible fraction where it was taken over from coarser vertices, in 1/255.
@@ -33,7 +34,7 @@ pub enum Origin {
 }
 
 /// How many points a [`Visibility`] remembers one by one; older ones live on in the sums.
-pub const REMEMBERED: u32 = u16::BITS;
+pub const REMEMBERED: u32 = u64::BITS;
 
 /// Guessed fraction below which light counts as hidden for the most part.
 const UNLIKELY: f32 = 0.5;
@@ -42,20 +43,27 @@ impl Visibility {
     /// A value taken over, not traced.
     #[must_use]
     pub fn taken_over(origin: Origin, fraction: f32) -> Self {
-        Self { points: 0, hits: 0, mask: 0, origin, inherited: (fraction * 255.0).round() as u8 }
+        Self { points: 0, hits: 0, newest: [0; 2], origin, inherited: (fraction * 255.0).round() as u8 }
     }
 
     /// Notes the visibility of the next point.
     pub fn push(&mut self, visible: bool) {
         self.points += 1;
         self.hits += u32::from(visible);
-        self.mask = self.mask << 1 | u16::from(visible);
+        let mask = self.mask() << 1 | u64::from(visible);
+        self.newest = [mask as u32, (mask >> 32) as u32];
         self.origin = Origin::Sampled;
+    }
+
+    fn mask(self) -> u64 {
+        let [low, high] = self.newest;
+        u64::from(high) << 32 | u64::from(low)
     }
 
     /// The remembered points, newest first: index in the sequence, and whether the point is visible.
     pub fn remembered(self) -> impl Iterator<Item = (u32, bool)> {
-        (0..self.points.min(REMEMBERED)).map(move |i| (self.points - 1 - i, self.mask >> i & 1 == 1))
+        let mask = self.mask();
+        (0..self.points.min(REMEMBERED)).map(move |i| (self.points - 1 - i, mask >> i & 1 == 1))
     }
 
     /// Share of the remembered points that are visible where the one `distance` before was not or the other way round, with half a
@@ -64,7 +72,8 @@ impl Visibility {
     pub fn change_after(self, distance: u32) -> Option<f32> {
         const LEAST_PAIRS: u32 = 4;
         let pairs = self.points.min(REMEMBERED).checked_sub(distance).filter(|&pairs| pairs >= LEAST_PAIRS)?;
-        let changed = (self.mask ^ self.mask >> distance) & (u16::MAX >> (REMEMBERED - pairs));
+        let mask = self.mask();
+        let changed = (mask ^ mask >> distance) & (u64::MAX >> (REMEMBERED - pairs));
         Some((changed.count_ones() as f32 + 0.5) / (pairs + 1) as f32)
     }
 
