@@ -1,6 +1,9 @@
 //! The binary as a user drives it: files, statuses and messages, with the validation layers listening.
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
+mod binary;
+
+use binary::{has_device, penombre, run, stderr};
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use glam::{Vec2, Vec3};
 use penombre::scene::camera::{ImageSize, View};
@@ -8,49 +11,14 @@ use penombre::scene::footprint::Footprint;
 use penombre::scene::{FaceId, load};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
-
-const CORNELL: &str = "scenes/cornell_box/cornell_box.toml";
-
-fn scene(path: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(path).display().to_string()
-}
-
-/// The binary in `folder`, `{cornell}` standing for the box's path. The layers' messages would go to standard output
-/// or error, which every test looks at.
-fn penombre(folder: &Path, line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_penombre"));
-    let words = line.split_whitespace().map(|word| if word == "{cornell}" { scene(CORNELL) } else { word.to_owned() });
-    command.args(words).current_dir(folder).env("PENOMBRE_VALIDATION", "1");
-    command
-}
-
-fn run(folder: &Path, line: &str) -> Output {
-    penombre(folder, line).output().unwrap_or_else(|e| panic!("{line}: {e}"))
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 /// A run that ends well and has nothing to say.
 fn run_well(folder: &Path, line: &str) {
     let output = run(folder, line);
     assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()), "{line}");
     assert!(output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stdout));
-}
-
-/// Whether there is a device; says so once where not. `PENOMBRE_REQUIRE_GPU=1` makes that a failure.
-fn has_device() -> bool {
-    let output = run(Path::new("."), "info");
-    let required = std::env::var("PENOMBRE_REQUIRE_GPU").is_ok_and(|v| v == "1");
-    if output.status.code() == Some(3) && !required {
-        println!("skipped: {}", stderr(&output));
-        return false;
-    }
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    true
 }
 
 /// Every channel of an EXR file by its name.
@@ -403,7 +371,7 @@ fn ctrl_c_writes_what_there_is() {
 }
 
 fn library() -> String {
-    scene("scenes/moonlit_library/moonlit_library.toml")
+    format!("{}/scenes/moonlit_library/moonlit_library.toml", env!("CARGO_MANIFEST_DIR"))
 }
 
 #[test]

@@ -2,6 +2,9 @@
 //! files, and how it ends.
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
+mod binary;
+
+use binary::{CORNELL, has_device, penombre, stderr};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -11,33 +14,19 @@ use std::time::Duration;
 
 /// The binary on the Cornell box at a small size, `options` separated by blanks.
 fn compare(folder: &Path, options: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_penombre"));
-    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_box/cornell_box.toml");
-    command.arg("compare").arg(scene).args(["--threads", "1"]);
+    let mut command = penombre(folder, "compare {cornell} --threads 1");
     if !options.contains("--size") {
         command.args(["--size", "256x192"]);
     }
     if !options.contains("--out") {
         command.args(["--out", "report"]);
     }
-    command.args(options.split_whitespace()).current_dir(folder).env("PENOMBRE_VALIDATION", "1");
+    command.args(options.split_whitespace());
     command
 }
 
 fn run(folder: &Path, options: &str) -> Output {
     compare(folder, options).output().unwrap_or_else(|e| panic!("{options}: {e}"))
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Whether there is a device; says so once where not. `PENOMBRE_REQUIRE_GPU=1` makes that a failure.
-fn has_device() -> bool {
-    let output = Command::new(env!("CARGO_BIN_EXE_penombre")).arg("info").output().unwrap();
-    let required = std::env::var("PENOMBRE_REQUIRE_GPU").is_ok_and(|v| v == "1");
-    assert!(output.status.code() == Some(0) || !required, "{}", stderr(&output));
-    output.status.code() == Some(0)
 }
 
 fn report(folder: &Path) -> Value {

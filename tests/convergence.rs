@@ -1,43 +1,21 @@
 //! `penombre bench convergence` as a script uses it, each figure against a second way to it.
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
+mod binary;
+
+use binary::{has_device, run, stderr};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
-
-const CORNELL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/cornell_box/cornell_box.toml");
-
-fn penombre(folder: &Path, line: &str) -> Output {
-    let words = line.split_whitespace().map(|word| if word == "{cornell}" { CORNELL } else { word });
-    let output = Command::new(env!("CARGO_BIN_EXE_penombre")).args(words).current_dir(folder).output();
-    output.unwrap_or_else(|e| panic!("{line}: {e}"))
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
 
 /// What a command prints that ends well and says nothing else.
 fn stdout(folder: &Path, line: &str) -> String {
-    let output = penombre(folder, line);
+    let output = run(folder, line);
     assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()), "{line}");
     String::from_utf8(output.stdout).unwrap()
 }
 
 fn json(folder: &Path, line: &str) -> Value {
     serde_json::from_str(&stdout(folder, line)).unwrap()
-}
-
-/// Whether there is a device. `PENOMBRE_REQUIRE_GPU=1` makes its lack a failure.
-fn has_device() -> bool {
-    let output = penombre(Path::new("."), "info");
-    let required = std::env::var("PENOMBRE_REQUIRE_GPU").is_ok_and(|v| v == "1");
-    if output.status.code() == Some(3) && !required {
-        println!("skipped: {}", stderr(&output));
-        return false;
-    }
-    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
-    true
 }
 
 fn number(value: &Value, key: &str) -> f64 {
@@ -125,7 +103,7 @@ fn what_cannot_be_measured_is_refused() {
         ("{cornell} --reference ref.exr --plot no/p.svg", "the folder no does not exist"),
         ("{cornell} --reference ref.exr --time 0", "--time"),
     ] {
-        let output = penombre(folder.path(), &format!("bench convergence {line}"));
+        let output = run(folder.path(), &format!("bench convergence {line}"));
         assert_eq!(output.status.code(), Some(2), "{line}: {}", stderr(&output));
         assert!(stderr(&output).contains(part) && output.stdout.is_empty(), "{line}: {}", stderr(&output));
     }

@@ -1,8 +1,10 @@
 //! More lights than meshes: groups against every lamp by itself, against brute force, and against the path tracer.
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
+mod binary;
 mod by_hand;
 
+use binary::{has_device, run};
 use by_hand::{Mirror, drawn, engine_with, front, light, material, options, patch, solve_pixels};
 use glam::{DVec3, Vec3};
 use penombre::geom::Ray;
@@ -19,7 +21,6 @@ use penombre::shade::lights::{Arrival, Lights, Source, delta_arrival};
 use std::f32::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;
-use std::process::{Command, Output};
 
 const SIDE: f32 = 0.06;
 const CLUSTERS: u32 = 18;
@@ -358,20 +359,13 @@ fn members_can_be_changed_one_by_one() {
     assert!(at_once < 0.015 && in_the_end < 0.012, "{at_once} {in_the_end}");
 }
 
-fn penombre(folder: &Path, line: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_penombre"));
-    command.args(line.split_whitespace()).current_dir(folder).output().unwrap()
-}
-
 /// The written image against the path tracer's, in a Cornell box with 150 lamps.
 #[test]
 fn the_image_is_the_path_tracers() {
-    let folder = tempfile::tempdir().unwrap();
-    let info = penombre(folder.path(), "info");
-    if info.status.code() == Some(3) && std::env::var("PENOMBRE_REQUIRE_GPU").is_ok_and(|v| v != "1") {
-        println!("skipped: no device");
+    if !has_device() {
         return;
     }
+    let folder = tempfile::tempdir().unwrap();
     let obj = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenes/cornell_box/cornell_box.obj");
     let text = std::fs::read_to_string(&obj).unwrap();
     let mtl = std::fs::read_to_string(obj.with_extension("mtl")).unwrap();
@@ -399,7 +393,7 @@ fn the_image_is_the_path_tracers() {
         "render many.toml --size 96x96 --direct-only --deterministic --rays 4000000 --max-light-meshes 40 -q -o out.exr",
         "diff ref.exr out.exr --max-relmse 4e-3",
     ] {
-        let output = penombre(folder.path(), line);
+        let output = run(folder.path(), line);
         println!("{}", String::from_utf8_lossy(&output.stdout));
         assert_eq!(output.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&output.stderr));
     }

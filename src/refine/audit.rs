@@ -6,7 +6,7 @@ use super::hidden::HiddenShadows;
 use super::image_error::LeafError;
 use super::options::Priority;
 use super::priority::Judge;
-use super::queue::{Entry, Queue, Task};
+use super::queue::Queue;
 use crate::cache::dynamic::Cache;
 use crate::cache::middle::{self, Surprise};
 use crate::cache::pixels::{pixels_of, weights_inside};
@@ -49,7 +49,7 @@ pub struct Audits {
     /// How likely a small leaf is to hide something.
     odds: HiddenShadows,
     /// Leaves that wait.
-    queue: Queue,
+    queue: Queue<NodeId>,
     /// Rays traced, and about as many more as leaves that were taken will cost.
     rays: u64,
     promised: u64,
@@ -147,14 +147,14 @@ impl Engine {
         if !queued && self.judge().wants_audit(id) {
             let key = self.judge().audit_key(id);
             self.cache.topology.nodes[id.0].work.audit_queued = if key > 0.0 { self.generation } else { 0 };
-            self.audits.queue.push(key, Task::Audit(id), 0);
+            self.audits.queue.push(key, id, 0);
         }
     }
 
     /// Takes a leaf to be audited, if one is worth more than the next task or it is time for one.
     pub(super) fn next_audit(&mut self) -> Option<NodeId> {
         while self.audits.are_due(self.queue.peek(), self.stats.rays) {
-            let Some(Entry { task: Task::Audit(id), .. }) = self.audits.queue.pop() else { break };
+            let Some(id) = self.audits.queue.pop().map(|entry| entry.task) else { break };
             self.cache.topology.nodes[id.0].work.audit_queued = 0;
             if self.judge().wants_audit(id) {
                 self.audits.promised += (RAYS_A_PIXEL * self.cache.topology.nodes[id.0].work.pixels) as u64;

@@ -6,7 +6,7 @@ use super::image_error::ImageError;
 use super::options::Options;
 use super::priority::{Judge, Reflectances};
 use super::publish::Published;
-use super::queue::Queue;
+use super::queue::{Queue, Task};
 use super::update::{EngineStats, LeafPixels, Update};
 use super::workers::{Workers, thread_nanoseconds};
 use crate::cache::dynamic::{Cache, Light, SlotId};
@@ -75,7 +75,7 @@ pub struct Engine {
     pub(super) workers: Workers,
     /// Base vertices still to be visited before anything is refined, largest on screen first.
     pub(super) first_visits: VecDeque<VertexId>,
-    pub(super) queue: Queue,
+    pub(super) queue: Queue<Task>,
     pub(super) eye: Vec3,
     pub(super) generation: u32,
     /// What the view before showed: a camera that stays keeps what is known of its pixels.

@@ -359,7 +359,7 @@ impl Engine {
         match task {
             Task::Gather(id) => self.cache.vertices[id.0].queued = key,
             Task::Refine(id) => self.cache.topology.nodes[id.0].indirect.queued = key,
-            Task::Split(_) | Task::Inner(_) | Task::Audit(_) | Task::Settle(_) | Task::Double(_) => {}
+            Task::Split(_) | Task::Inner(_) | Task::Settle(_) | Task::Double(_) => {}
         }
     }
 }

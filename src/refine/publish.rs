@@ -78,7 +78,9 @@ impl Engine {
             *self.published.born.entry(leaf.0) = self.published.sequence + 1;
         }
         self.cache.topology.nodes[node.0].drawn = leaves;
-        self.published.uncounted.push_back((self.published.sequence + 1, node));
+        if self.options.counted {
+            self.published.uncounted.push_back((self.published.sequence + 1, node));
+        }
     }
 
     /// The update that shows everything visible anew.

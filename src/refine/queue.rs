@@ -12,8 +12,6 @@ pub enum Task {
     Split(NodeId),
     /// Sample a leaf where its one pixel sees it.
     Inner(NodeId),
-    /// Ask each pixel of a leaf whether it hides a shadow.
-    Audit(NodeId),
     /// Trace the lights that a vertex has put off.
     Settle(VertexId),
     /// Take as many points again in the penumbrae of a vertex.
@@ -26,32 +24,38 @@ pub enum Task {
 
 /// A task with what it was worth when it was queued.
 #[derive(Clone, Copy, Debug)]
-pub struct Entry {
+pub struct Entry<T> {
     /// Expected drop of the image's square error a ray.
     pub key: f32,
     /// The task.
-    pub task: Task,
+    pub task: T,
     /// Version of the node or vertex that the key was computed from.
     pub version: u32,
     /// Order of arrival: the tie-break that keeps runs alike.
     serial: u64,
 }
 
-/// The queue.
-#[derive(Debug, Default)]
-pub struct Queue {
-    heap: BinaryHeap<Entry>,
+/// A queue.
+#[derive(Debug)]
+pub struct Queue<T> {
+    heap: BinaryHeap<Entry<T>>,
     serial: u64,
 }
 
-impl Queue {
+impl<T> Default for Queue<T> {
+    fn default() -> Self {
+        Self { heap: BinaryHeap::new(), serial: 0 }
+    }
+}
+
+impl<T> Queue<T> {
     /// Drops everything.
     pub fn clear(&mut self) {
         self.heap.clear();
     }
 
     /// Adds a task; one that is worth nothing is not kept.
-    pub fn push(&mut self, key: f32, task: Task, version: u32) {
+    pub fn push(&mut self, key: f32, task: T, version: u32) {
         if key > 0.0 {
             self.serial += 1;
             self.heap.push(Entry { key, task, version, serial: self.serial });
@@ -59,7 +63,7 @@ impl Queue {
     }
 
     /// Takes the task of the greatest key.
-    pub fn pop(&mut self) -> Option<Entry> {
+    pub fn pop(&mut self) -> Option<Entry<T>> {
         self.heap.pop()
     }
 
@@ -76,21 +80,21 @@ impl Queue {
     }
 }
 
-impl PartialEq for Entry {
+impl<T> PartialEq for Entry<T> {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Entry {}
+impl<T> Eq for Entry<T> {}
 
-impl PartialOrd for Entry {
+impl<T> PartialOrd for Entry<T> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Entry {
+impl<T> Ord for Entry<T> {
     fn cmp(&self, other: &Self) -> Ordering {
         self.key.total_cmp(&other.key).then(other.serial.cmp(&self.serial))
     }

@@ -87,8 +87,6 @@ impl Engine {
             match entry.task {
                 Task::Split(node) => direct.splits.push(node),
                 Task::Inner(node) => direct.inner.push(node),
-                // They wait in a queue of their own.
-                Task::Audit(_) => {}
                 Task::Settle(vertex) => direct.jobs.push(self.take(vertex, Wanted::Settle)),
                 Task::Double(vertex) => direct.jobs.push(self.take(vertex, Wanted::Double)),
                 Task::Gather(vertex) => {
@@ -190,7 +188,6 @@ impl Engine {
                 let node = &self.cache.topology.nodes[id.0];
                 (node.child.is_none() && node.work.version == version).then(|| self.judge().inner_key(id))
             }
-            Task::Audit(_) => None,
             Task::Settle(id) | Task::Double(id) => {
                 let current = self.cache.vertices[id.0].progress.version == version;
                 current.then(|| self.judge().vertex_key(id, self.rays_of(task)))
@@ -403,7 +400,7 @@ impl Engine {
     fn rays_of(&self, task: Task) -> f32 {
         let left = |v: VertexId| self.cache.vertices[v.0].progress.left;
         let rays = match task {
-            Task::Split(_) | Task::Inner(_) | Task::Audit(_) | Task::Gather(_) | Task::Refine(_) => 0,
+            Task::Split(_) | Task::Inner(_) | Task::Gather(_) | Task::Refine(_) => 0,
             Task::Settle(v) => left(v).settle,
             Task::Double(v) => left(v).double,
         };
