@@ -4,7 +4,7 @@
 
 mod binary;
 
-use binary::{CORNELL, has_device, penombre, stderr};
+use binary::{has_device, penombre, stderr};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
