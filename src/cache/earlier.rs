@@ -89,6 +89,14 @@ impl Earlier {
         (before / FIRST_SHARE).clamp(least, MOST_FIRST_RAYS.max(least))
     }
 
+    /// Forgets what was gathered at a vertex of one slot.
+    pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
+        self.before.iter_mut().for_each(|(_, gathers)| gathers.forget(vertex, slot));
+        if self.guess.get(slot.0).samples() > 0 {
+            *self.guess.entry(slot.0) = LightVector::default();
+        }
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
@@ -97,6 +105,14 @@ impl Earlier {
 }
 
 impl Gathers {
+    /// Forgets what a vertex of one slot holds.
+    pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
+        if self.rays.get(vertex.0) > 0 {
+            *self.rays.entry(vertex.0) = 0;
+            *self.sums.entry(slot.0) = LightVector::default();
+        }
+    }
+
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {

@@ -73,7 +73,14 @@ impl IndirectLayer {
         }
     }
 
-    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, luminance².
+    /// Forgets what was gathered at a vertex of one slot.
+    pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
+        self.gathers.forget(vertex, slot);
+        self.earlier.forget(vertex, slot);
+    }
+
+    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, or a vertex inside a leaf from what
+    /// its corners do, luminance².
     pub fn note_expected(&mut self, vertex: VertexId, square: f32) {
         *self.gathers.expected.entry(vertex.0) = square;
     }

@@ -71,6 +71,7 @@ impl Cache {
         for layer in &mut self.layers {
             layer.forget(vertex, slot);
         }
+        self.indirect.forget(vertex, slot);
         let normal = self.inner_look(id, weights).normal;
         let record = &mut self.slots[slot.0];
         (record.normal, record.between) = (normal, Some(between));
@@ -84,6 +85,13 @@ impl Cache {
         let middle = self.topology.midpoint(node.edges[at])?;
         let mut slots = node.drawn.iter().flat_map(|leaf| self.leaves[leaf.0].leaf.slots);
         slots.find(|slot| self.slots[slot.0].vertex == middle)
+    }
+
+    /// The slot of a vertex, if that lies inside a leaf.
+    #[must_use]
+    pub fn inner_slot(&self, vertex: VertexId) -> Option<SlotId> {
+        let between = |slot: SlotId| self.slots[slot.0].between.as_ref();
+        self.vertices[vertex.0].first_slot.filter(|&slot| between(slot).is_some_and(|b| !b.above && b.of.len() == 3))
     }
 
     /// The vertex that there would be inside a leaf.

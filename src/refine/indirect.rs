@@ -101,6 +101,23 @@ impl Engine {
         self.refresh_predictions_in_time();
     }
 
+    /// Has vertices inside leaves gather where corners of the leaf are covered.
+    pub(super) fn gather_inside(&mut self, leaves: &[NodeId]) {
+        if !self.options.indirect {
+            return;
+        }
+        for &id in leaves {
+            let judge = self.judge();
+            let Some((slot, doubt)) = judge.settled(id).zip(judge.doubt_inside(id)) else { continue };
+            let reach = self.cache.topology.nodes[id.0].work.pixels * judge.gain_of(id, &[slot]);
+            let vertex = self.cache.slots[slot.0].vertex;
+            self.cache.indirect.note_expected(vertex, doubt);
+            let record = &mut self.cache.vertices[vertex.0];
+            (record.reach, record.queued) = (reach, 0.0);
+            self.enqueue_gather(vertex);
+        }
+    }
+
     /// Finds vertices inside something: none of their rays found any light, no light reaches them, and neighbours do see
     /// light. Where a surface runs into a wall its light must not fade towards what is behind.
     fn find_enclosed(&mut self, vertices: &[VertexId]) {

@@ -11,6 +11,10 @@ use glam::Vec3;
 
 /// Rays of a vertex's first round.
 pub const FIRST_RAYS: u32 = 16;
+/// Rays of the first round of a vertex inside a leaf.
+const INNER_RAYS: u32 = 32;
+/// What the variance of a sample comes to if it is spread over its rays, against the square of the value, where nothing was sampled.
+const NOISE_OF_ONE_RAY: f32 = 1.0;
 /// Rays that found no light at all, which prove that a vertex is enclosed.
 pub const PROOF_OF_DARKNESS: u32 = 128;
 /// A vertex is not sampled beyond this many rays (whose noise is about 0.05 %).
@@ -44,10 +48,24 @@ impl Judge<'_> {
     /// Share of the square error of D over a leaf that the image shows.
     #[must_use]
     pub fn gain(&self, id: NodeId) -> f32 {
-        let node = &self.cache.topology.nodes[id.0];
-        let total = node.corners.map(|slot| self.shown(node.face, slot).iter().sum::<f32>());
-        let least = total.into_iter().fold(f32::INFINITY, f32::min);
-        self.reflectances.noise_gain(self.scene, node.face) * self.display_gain(least)
+        self.gain_of(id, &self.cache.topology.nodes[id.0].corners)
+    }
+
+    /// The same where a leaf shows the light of these slots.
+    #[must_use]
+    pub fn gain_of(&self, id: NodeId, slots: &[SlotId]) -> f32 {
+        let face = self.cache.topology.nodes[id.0].face;
+        let total = slots.iter().map(|&slot| self.shown(face, slot).iter().sum::<f32>());
+        let least = total.fold(f32::INFINITY, f32::min);
+        self.reflectances.noise_gain(self.scene, face) * self.display_gain(least)
+    }
+
+    /// Square of how far the indirect light inside a leaf may be from what its corners make of it, if other geometry covers any of
+    /// them: those do not know it at all.
+    #[must_use]
+    pub fn doubt_inside(&self, id: NodeId) -> Option<f32> {
+        let covered = self.cache.topology.nodes[id.0].corners.into_iter().any(|slot| self.is_covered(slot));
+        covered.then(|| self.brightest(id).powi(2))
     }
 
     /// Expected square error of indirect D over a leaf of its mesh: interpolation and noise.
@@ -206,6 +224,10 @@ impl Judge<'_> {
     /// Drop of the square error at a vertex that its first round of so many rays would buy.
     fn first_gain(&self, id: VertexId, rays: f32) -> f32 {
         let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
+        if let Some(slot) = self.cache.inner_slot(id) {
+            let noise = NOISE_OF_ONE_RAY * luminance(light(slot).diffuse).powi(2) / rays;
+            return (self.cache.indirect.expected(id) - noise).max(0.0);
+        }
         // The coarsest do show what others predict, but many rest on them.
         let rests_on_others = |slot: &SlotId| self.cache.slots[slot.0].rank > 0;
         let predicted = self.cache.slots_of(id).filter(rests_on_others).map(light).filter(|light| light.above);
@@ -225,6 +247,9 @@ impl Judge<'_> {
     /// more noise than coarse ones.
     #[must_use]
     pub fn first_rays_at(&self, id: VertexId) -> u32 {
+        if self.cache.inner_slot(id).is_some() {
+            return INNER_RAYS;
+        }
         let rays = self.cache.parents_of(id).map(|(parent, _)| self.rays_at(parent)).filter(|&rays| rays > 0);
         (rays.min().unwrap_or(FIRST_RAYS) / 2).clamp(FIRST_RAYS, MOST_FIRST_RAYS)
     }

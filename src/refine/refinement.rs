@@ -342,6 +342,7 @@ impl Engine {
             self.account(node);
             self.enqueue_split(node);
         }
+        self.gather_inside(inner);
     }
 
     /// Queues what is left to trace at the vertices of slots, whose triangles are drawn.

@@ -1,0 +1,126 @@
+//! Indirect light of pixels beside things that lie on a surface: the vertices around them are covered and do not know it.
+#![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
+
+mod by_hand;
+
+use by_hand::{Mirror, bounces, drawn, engine_with, light, material, patch};
+use glam::Vec3;
+use penombre::geom::Ray;
+use penombre::geom::bvh::Bvh;
+use penombre::math::luminance;
+use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
+use penombre::refine::engine::{Budget, Counted, Visible};
+use penombre::refine::options::Options;
+use penombre::refine::update::{Leaf, LeafId, LeafPixels};
+use penombre::scene::camera::{Camera, ImageSize, View};
+use penombre::scene::light::LightKind;
+use penombre::scene::{FaceId, Scene, TriangleId};
+use penombre::shade::lights::Lights;
+use penombre::shade::world::World;
+use std::collections::HashMap;
+
+const SIZE: ImageSize = ImageSize { width: 64, height: 64 };
+const GREY: f32 = 0.5;
+
+/// A floor of one face under a ceiling, a spot that lights the ceiling alone, and planks on the floor, closer to each other than they
+/// are high: between them it is dark.
+fn scene() -> (Scene, Vec<TriangleId>) {
+    let mut scene = Scene::default();
+    let grey = material(&mut scene, |m| m.kd = Vec3::splat(GREY));
+    let floor = patch(&mut scene, Vec3::new(-2.0, 0.0, -2.0), Vec3::Z * 4.0, Vec3::X * 4.0, 1, grey);
+    patch(&mut scene, Vec3::new(-2.0, 3.0, -2.0), Vec3::X * 4.0, Vec3::Z * 4.0, 1, grey);
+    for i in -12..12 {
+        let (low, width, height) = (Vec3::new(i as f32 * 0.1, 1e-4, -1.0), Vec3::X * 0.06, Vec3::Y * 0.12);
+        let long = Vec3::Z * 2.0;
+        patch(&mut scene, low, width, long, 1, grey);
+        patch(&mut scene, low + height, long, width, 1, grey);
+        patch(&mut scene, low, long, height, 1, grey);
+        patch(&mut scene, low + width, height, long, 1, grey);
+    }
+    let (position, direction) = (Vec3::new(0.4, 1.0, 0.3), Vec3::Y);
+    let [cos_inner, cos_outer] = [0.6, 0.5];
+    light(&mut scene, LightKind::Spot { position, direction, intensity: Vec3::ONE, cos_inner, cos_outer });
+    (scene, floor)
+}
+
+/// What a pixel shows of the floor.
+struct Pixel {
+    index: usize,
+    at: Vec3,
+    ray: Vec3,
+}
+
+fn pixels_of_the_floor(scene: &Scene, bvh: &Bvh, view: &View, faces: &[FaceId]) -> Vec<Pixel> {
+    let seen = |index: usize| {
+        let ray = view.direction(SIZE.centre_of(index));
+        let hit = bvh.closest(scene, &Ray { origin: view.eye, direction: ray, t_max: f32::INFINITY })?;
+        faces.contains(&hit.face()).then_some(Pixel { index, at: view.eye + ray * hit.t, ray })
+    };
+    (0..SIZE.pixels()).filter_map(seen).collect()
+}
+
+/// The drawn triangle that holds a point of the floor.
+fn holder(mirror: &Mirror, x: Vec3) -> (LeafId, Leaf) {
+    let holds = |leaf: &Leaf| {
+        let [a, b, c] = leaf.slots.map(|slot| mirror.slots[&slot].position);
+        let area = |p: Vec3, q: Vec3| (q - p).cross(x - p).y;
+        [area(a, b), area(b, c), area(c, a)].into_iter().all(|area| area >= -1e-9)
+    };
+    let leaf = mirror.drawn.iter().copied().find(|id| holds(&mirror.leaves[id])).expect("the floor has no gap");
+    (leaf, mirror.leaves[&leaf])
+}
+
+fn count(mirror: &Mirror, pixels: &[Pixel]) -> Counted {
+    let mut counted: HashMap<LeafId, LeafPixels> = HashMap::new();
+    for pixel in pixels {
+        let (leaf, _) = holder(mirror, pixel.at);
+        counted.entry(leaf).or_insert(LeafPixels { leaf, pixels: 0, ray: Some(pixel.ray) }).pixels += 1;
+    }
+    let mut pixels: Vec<LeafPixels> = counted.into_values().collect();
+    pixels.sort_by_key(|p| p.leaf);
+    Counted { pixels: Some(pixels), complete: true, ..drawn(mirror) }
+}
+
+#[test]
+fn what_lies_on_the_floor_does_not_light_the_pixels_beside_it() {
+    let (scene, floor) = scene();
+    let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
+    let camera = Camera {
+        position: Vec3::new(0.1, 2.0, 0.2),
+        look_at: Vec3::new(0.1, 0.0, 0.21),
+        up: Vec3::Z,
+        vertical_fov: 50.0,
+    };
+    let (view, bvh) = (View::new(&camera, SIZE, scene.diagonal()), Bvh::build(&scene));
+    let pixels = pixels_of_the_floor(&scene, &bvh, &view, &faces);
+    let lights = Lights::new(&scene);
+    let world = World::new(&scene, &bvh, &lights, 3, scene.diagonal());
+    let settings = Settings { filter: Filter::Point, transport: Transport::Full, strategy: Strategy::Both };
+    let mut accumulator = Accumulator::new(&view);
+    (0..1024).for_each(|_| assert!(accumulator.pass(&world, &view, settings, || false).finished));
+    let reference = accumulator.image();
+
+    let options = Options { min_pixels: 3.0, shadow_size: 0.2, counted: true, ..bounces(5) };
+    let mut engine = engine_with(scene.clone(), 2, options);
+    let mut mirror = Mirror::default();
+    let visible = faces.iter().map(|&f| (f, 1500)).collect();
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, view: Some(view), faces: visible }));
+    while mirror.last.stats.rays < 600_000 {
+        engine.counted(&count(&mirror, &pixels));
+        mirror.apply(engine.step(Budget::Rays(10_000)));
+    }
+    engine.cache().validate();
+    let (mut square, mut all, mut beside) = (0.0, 0.0, 0);
+    for pixel in &pixels {
+        let (_, leaf) = holder(&mirror, pixel.at);
+        let covered = leaf.slots.into_iter().any(|slot| mirror.slots[&slot].weight < 1.0);
+        let Some(flat) = leaf.flat.filter(|_| covered) else { continue };
+        let expected = luminance(reference.mean[pixel.index].truncate());
+        square += (GREY * luminance(mirror.slots[&flat].diffuse) - expected).powi(2);
+        all += expected;
+        beside += 1;
+    }
+    let error = (square / beside as f32).sqrt() / (all / beside as f32);
+    // 0.10; 0.25 where the vertices inside leaves take over what is around them.
+    assert!(beside > 50 && error < 0.17, "{error} over {beside} pixels");
+}
