@@ -19,11 +19,16 @@ use std::f32::consts::PI;
 const LIGHT: Vec3 = Vec3::new(0.3, 1.5, -0.2);
 const SIZE: ImageSize = ImageSize { width: 64, height: 64 };
 
-/// A floor under a point light, with a tilted blocker between them.
+/// A floor of one square under a point light, with a tilted blocker between them.
 fn scene() -> (Scene, Vec<TriangleId>) {
+    scene_of(1)
+}
+
+/// The same, the floor cut into `n` × `n` squares.
+fn scene_of(n: u32) -> (Scene, Vec<TriangleId>) {
     let mut scene = Scene::default();
     let grey = material(&mut scene, |_| {});
-    let floor = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 1, grey);
+    let floor = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, n, grey);
     patch(&mut scene, Vec3::new(-0.2, 0.4, -0.35), Vec3::new(0.2, 0.1, 0.5), Vec3::new(0.5, 0.0, -0.11), 1, grey);
     light(&mut scene, LightKind::Point { position: LIGHT, intensity: Vec3::ONE });
     (scene, floor)
@@ -143,6 +148,26 @@ fn shadow_edges_are_right_to_the_pixel() {
     let wrong = wrong_pixels(&mirror, &scene, &faces, &view(&scene, 0.0));
     println!("{:.2} % wrong without, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
     assert!(wrong > 0.004, "{wrong}");
+}
+
+/// A fine mesh: what its corners show across a shadow's edge is not believed, since nothing was measured between them.
+#[test]
+fn faces_of_a_pixel_are_sampled_where_the_shadow_crosses_them() {
+    let (scene, floor) = scene_of(14);
+    let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
+    let view = view(&scene, 0.0);
+    let mut engine = engine_with(scene.clone(), 1, counting(1));
+    let mut mirror = Mirror::default();
+    let visible = faces.iter().map(|&f| (f, 1)).collect();
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, view: Some(view), faces: visible }));
+    while mirror.last.stats.rays < 1800 {
+        engine.counted(&count(&mirror, &faces, &view));
+        mirror.apply(engine.step(Budget::Rays(100)));
+    }
+    let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
+    println!("{:.1} % of the pixels wrong", wrong * 100.0);
+    // 2.7 %; 12 %, as at the start, where the surplus of faces that were never split counts as 0.
+    assert!(wrong < 0.06, "{wrong}");
 }
 
 /// The floor under a swarm of specks, each of which casts a shadow of about a pixel.

@@ -71,6 +71,10 @@ pub struct Judge<'a> {
 pub(super) const CONTRAST_WEIGHT: f32 = 0.02;
 /// Mean square error of linear interpolation for a unit sum of squared surpluses and their products. [L 2.2]
 pub(super) const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
+/// The same of a hard edge across a face that was never split, against the square of contrast times mean, and pixels of a face up to
+/// which that is assumed.
+const UNMEASURED_EDGE: f32 = 0.05;
+const SMALL_FACE: f32 = 16.0;
 /// A child's square error against its parent's, where light is smooth.
 pub(super) const CHILD: f32 = 1.0 / 16.0;
 /// Contrast, of indirect light or with what lies between corners, that takes a leaf for one across a hard shadow's.
@@ -183,11 +187,20 @@ impl Judge<'_> {
             node.work.surplus.max(hanging.surplus * CHILD) / if contrast > HARD_CONTRAST { CHILD } else { 1.0 };
         let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
+            + self.unmeasured_edge(id, contrast) * mean.powi(2)
             + highlight * highlight * node.work.highlight_share
             + surprise * surprise * node.work.surprise_share;
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+    }
+
+    /// Square error of interpolating over a small face across a hard edge, against the square of its mean: nothing was ever measured
+    /// between its corners, and of its few pixels each may be on either side. (Large faces are soon split for their contrast.)
+    fn unmeasured_edge(&self, id: NodeId, contrast: f32) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        let is_small_face = node.level == 0 && node.work.pixels <= SMALL_FACE;
+        if is_small_face && contrast > HARD_CONTRAST { UNMEASURED_EDGE * contrast * contrast } else { 0.0 }
     }
 
     /// What the midpoints that finer neighbours put on a leaf's edges say against its corners.
