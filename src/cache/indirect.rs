@@ -181,6 +181,8 @@ impl Cache {
             (Some(own), Some(predicted)) if predicted.stale => own,
             (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
             (Some(own), None) => self.filtered(slot, own),
+            // A vertex inside a leaf may not gather again: what is around it has the newer guess.
+            (None, Some(predicted)) if between.is_some_and(Between::is_a_leafs) => predicted,
             (None, predicted) => self.guessed(slot, eye).or(predicted).unwrap_or_default(),
         }
     }

@@ -30,6 +30,13 @@ pub struct Placed {
 /// Barycentric distance up to which a vertex need not be moved.
 const SAME_PLACE: f32 = 1e-3;
 
+impl Between {
+    /// Whether it is between the corners of a leaf.
+    pub(super) fn is_a_leafs(&self) -> bool {
+        !self.above && self.of.len() == 3
+    }
+}
+
 impl Cache {
     /// Puts a leaf's inner vertex under the pixel of camera `generation` whose ray from `eye` has the given direction. The
     /// leaf has to be drawn anew unless it is kept. `None` if the leaf is seen so much edge-on that the ray has no place
@@ -91,7 +98,7 @@ impl Cache {
     #[must_use]
     pub fn inner_slot(&self, vertex: VertexId) -> Option<SlotId> {
         let between = |slot: SlotId| self.slots[slot.0].between.as_ref();
-        self.vertices[vertex.0].first_slot.filter(|&slot| between(slot).is_some_and(|b| !b.above && b.of.len() == 3))
+        self.vertices[vertex.0].first_slot.filter(|&slot| between(slot).is_some_and(Between::is_a_leafs))
     }
 
     /// The vertex that there would be inside a leaf.

@@ -80,6 +80,7 @@ impl Engine {
         }
         self.spread_reach();
         corners.into_iter().for_each(|v| self.enqueue_gather(v));
+        self.gather_inside(&self.all_visible_leaves());
         self.refresh_predictions();
     }
 
