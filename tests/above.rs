@@ -55,12 +55,12 @@ fn sphere(rays: u64) -> (Engine, Vec<TriangleId>, Vec3) {
 
 #[test]
 fn a_few_vertices_light_a_dense_sphere() {
-    let (engine, ids, expected) = sphere(300_000);
+    let (engine, ids, expected) = sphere(100_000);
     let (slots, sampled) = slots(&engine, &ids);
     let cache = engine.cache();
     let lights: Vec<_> = slots.iter().map(|s| cache.slots[s.0].indirect).collect();
     println!("{sampled} of {} gathered", slots.len());
-    assert!(sampled < slots.len() / 5, "{sampled} of {}", slots.len());
+    assert!(sampled < slots.len() / 4, "{sampled} of {}", slots.len());
     assert!(lights.iter().all(|l| l.known), "every vertex shows something");
     let off: Vec<f32> = lights.iter().map(|l| luminance(l.diffuse) / luminance(expected) - 1.0).collect();
     let mean = off.iter().sum::<f32>() / off.len() as f32;

@@ -7,6 +7,7 @@ mod shapes;
 use by_hand::{bounces, engine_with, front, gather_light, light, material, options, patch, refined, solve, triangle};
 use glam::Vec3;
 use penombre::cache::gather::{GatherJob, Gathered, gather};
+use penombre::cache::vertex::VertexId;
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::math::luminance;
@@ -75,7 +76,7 @@ fn furnace() {
     // Where walls meet, a vertex lies in the planes of the lamps beside it, which it then sees edge on.
     let inside = |p: Vec3| p.to_array().iter().filter(|c| **c > 0.1 && **c < 0.9).count() == 2;
     let (mut shown, mut bounced) = (Vec::new(), Vec::new());
-    // By one seed the mean of what is shown has a standard deviation of 0.26 %.
+    // By one seed the mean of what has bounced has a standard deviation of 0.36 %: all vertices share the grid's noise.
     for seed in 1..=4 {
         let mut engine = engine_with(scene.clone(), 2, bounces(seed));
         let mirror = gather_light(&mut engine, &front(&ids), Vec3::splat(0.5), 1_500_000);
@@ -87,8 +88,8 @@ fn furnace() {
         let ratios: Vec<Vec3> = sampled(&engine).into_iter().map(ratio).collect();
         assert_deviation(&ratios, Vec3::splat(0.5), [0.01, 0.15]);
     }
-    assert_deviation(&bounced, emitted * albedo / (1.0 - albedo), [0.004, 0.08]);
-    assert_deviation(&shown, emitted / (1.0 - albedo), [0.004, 0.03]);
+    assert_deviation(&bounced, emitted * albedo / (1.0 - albedo), [0.006, 0.08]);
+    assert_deviation(&shown, emitted / (1.0 - albedo), [0.005, 0.03]);
 }
 
 /// Irradiance that has bounced is the same everywhere in a sphere, F ρ / (A (1 − ρ)), wherever the light is: indirect D at the
@@ -114,18 +115,35 @@ fn integrating_sphere() {
     assert_deviation(&bounced, expected, [0.004, 0.08]);
 }
 
+/// Where paths have told the grid what leaves the walls, a sample takes little more than one ray. (Each path by itself goes on for five
+/// hits and asks for the light at each.)
+#[test]
+fn what_paths_have_found_is_not_traced_again() {
+    let mut scene = Scene::default();
+    let wall = material(&mut scene, |m| m.kd = Vec3::splat(0.8));
+    let ids = icosphere(&mut scene, Vec3::ZERO, 2.0, 3, true, wall);
+    light(&mut scene, LightKind::Point { position: Vec3::new(0.9, 0.3, -0.5), intensity: Vec3::ONE });
+    let mut engine = engine_with(scene, 2, bounces(2));
+    gather_light(&mut engine, &front(&ids), Vec3::ZERO, 400_000);
+    let cache = engine.cache();
+    let samples: u32 = (0..cache.vertices.end()).map(|v| cache.indirect.rays(VertexId(v))).sum();
+    println!("{samples} samples");
+    assert!(samples > 160_000, "{samples}");
+}
+
 /// While rays are few the filter leans on neighbours: less noise at vertices that have gathered, the same mean. (The others
 /// take their prediction, filter or not.)
 #[test]
 fn the_filter_quietens_few_rays() {
     let [noisy, filtered] = [false, true].map(|filter| {
-        let (bounced, expected) = sphere(filter, 100_000);
+        let (bounced, expected) = sphere(filter, 30_000);
         let off = bounced.iter().map(|&v| luminance(v) / luminance(expected) - 1.0);
         let (sum, square) = off.fold((0.0, 0.0), |(sum, square), o| (sum + o, square + o * o));
         let n = bounced.len() as f32;
         (sum / n, (square / n).sqrt())
     });
-    assert!(noisy.0.abs() < 0.02 && filtered.0.abs() < 0.02, "{noisy:?} {filtered:?}");
+    // What all share, the radiance grid's noise, is 1.1 % after so few rays.
+    assert!(noisy.0.abs() < 0.03 && filtered.0.abs() < 0.03, "{noisy:?} {filtered:?}");
     println!("{noisy:?} {filtered:?}");
     assert!(filtered.1 < 0.8 * noisy.1, "{noisy:?} {filtered:?}");
 }
@@ -360,13 +378,13 @@ fn noise_is_judged_by_the_neighbours_too() {
     // Close to the wall: few rays find the bright spot.
     light(&mut scene, LightKind::Point { position: Vec3::new(1.9, 0.0, 0.0), intensity: Vec3::ONE });
     let mut engine = engine_with(scene, 2, Options { filter: false, ..bounces(4) });
-    gather_light(&mut engine, &front(&ids), Vec3::ZERO, 60_000);
+    gather_light(&mut engine, &front(&ids), Vec3::ZERO, 200_000);
     let cache = engine.cache();
     // Deviations from the mean in standard errors: by its own rays alone a low sample seems far off, and is believed.
     let lights: Vec<_> = sampled(&engine).into_iter().map(|slot| cache.slots[slot.0].indirect).collect();
     let mean = lights.iter().map(|l| l.diffuse.y).sum::<f32>() / lights.len() as f32;
     let low = lights.iter().filter(|l| l.diffuse.y < mean - 4.0 * l.variance.sqrt()).count();
     println!("{low} of {} vertices are low and seem sure of it", lights.len());
-    // 2.8 %; 14 % by their own variance alone.
+    // 3.3 %; 19 % by their own variance alone.
     assert!(low * 15 < lights.len(), "{low} of {}", lights.len());
 }

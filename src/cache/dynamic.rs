@@ -5,6 +5,7 @@ use super::indirect::IndirectLayer;
 use super::layer::Layer;
 use super::odds::Odds;
 use super::pool::Pool;
+use super::radiance_grid::RadianceGrid;
 use super::topology::{Node, NodeId, Topology};
 use super::vertex::{Vertex, VertexId, VertexName};
 use super::weld::{Group, Weld};
@@ -104,8 +105,6 @@ pub struct Light {
     pub variance: f32,
     /// Whether there is a value at all.
     pub known: bool,
-    /// Whether other geometry covers the vertex (indirect light; direct light asks the vertex).
-    pub covered: bool,
     /// Whether it is a guess, from before the lights changed or from coarser vertices: to be shown, but not to be computed with.
     pub stale: bool,
     /// Whether it is what coarser base vertices predict.
@@ -163,6 +162,8 @@ pub struct Cache {
     pub(super) odds: Odds,
     /// The static mesh of indirect light.
     pub indirect: IndirectLayer,
+    /// What gather rays find at their hits.
+    pub(super) radiance: RadianceGrid,
     /// The order of base vertices above the geometry.
     pub(super) above: Above,
     /// Drawn vertices.
@@ -188,7 +189,9 @@ impl Cache {
     #[must_use]
     pub fn new(scene: &Scene, lights: usize) -> Self {
         let diagonal = scene.diagonal();
-        Self { layers: vec![Layer::default(); lights], odds: Odds::new(lights, diagonal), diagonal, ..Self::default() }
+        let radiance = RadianceGrid::new(scene.bounds().map_or(Vec3::ZERO, |(low, _)| low), diagonal);
+        let odds = Odds::new(lights, diagonal);
+        Self { layers: vec![Layer::default(); lights], odds, radiance, diagonal, ..Self::default() }
     }
 
     /// The root of `face`, created with its vertices on first demand.
@@ -199,9 +202,6 @@ impl Cache {
         let corners = [0, 1, 2].map(|corner| self.corner_slot(scene, weld, face, corner));
         let vertices = corners.map(|slot| self.slots[slot.0].vertex);
         let root = self.topology.add_root(face, corners, vertices);
-        let [a, b, c] = scene.corners(face.triangle());
-        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-        self.topology.nodes[root.0].indirect.size = longest;
         self.roots.insert(face, root);
         root
     }
@@ -425,6 +425,7 @@ impl Cache {
         layers
             + self.odds.bytes()
             + self.indirect.bytes()
+            + self.radiance.bytes()
             + maps
             + self.topology.bytes()
             + self.vertices.bytes()

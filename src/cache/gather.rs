@@ -1,11 +1,12 @@
 //! Gathering indirect light at vertices (method 6): rays over the hemisphere, direct light at their hits by a shadow ray,
-//! indirect light there from the mesh where it is known well enough, else by going on with the path.
+//! indirect light there by going on with the path, or both from the grid where paths have told enough.
 //!
-//! Rounds continue one low-discrepancy sequence a vertex, so they add up and each is unbiased but for what the mesh gets
-//! wrong at hits, which falls as it is refined. (The adaptive methods, there to be compared, are biased round by round.)
+//! Rounds continue one low-discrepancy sequence a vertex, so they add up and each is unbiased but for what the grid gets
+//! wrong at hits. (The adaptive methods, there to be compared, are biased round by round.)
 
 use super::dynamic::{Cache, SlotId};
 use super::indirect::Round;
+use super::radiance_grid::{CellKey, Deposit, RadianceGrid};
 use super::vertex::VertexId;
 use crate::estimate::hemisphere::{self, Method};
 use crate::estimate::light_vector::LightVector;
@@ -42,6 +43,8 @@ pub struct Gathered {
     pub sums: Vec<(SlotId, LightVector)>,
     /// Rays traced, shadow rays included.
     pub rays: u64,
+    /// What paths found at their hits.
+    pub deposits: Vec<Deposit>,
 }
 
 /// Name of the sequence of indirect light beside those of the lights.
@@ -54,10 +57,11 @@ pub fn gather(world: &World<'_>, cache: &Cache, job: GatherJob, out: &mut Gather
     out.sums.extend(cache.slots_of(job.vertex).map(|slot| (slot, LightVector::default())));
     let normals: SmallVec<[Vec3; 8]> = out.sums[start..].iter().map(|(slot, _)| cache.slots[slot.0].normal).collect();
     let sequence = world.sequence(&site, INDIRECT);
-    let Gathered { sums, rays, .. } = out;
+    let Gathered { sums, rays, deposits, .. } = out;
     let radiance = |index, direction| {
         let ray = Ray { origin: site.origin, direction, t_max: f32::INFINITY };
-        Path { world, cache, sequence: &sequence, index, unread: unread_hits(index) }.radiance(ray, rays)
+        let grid = &cache.radiance;
+        Path { world, grid, sequence: &sequence, index, unread: unread_hits(index) }.radiance(ray, rays, deposits)
     };
     let indices = job.first..job.first + job.rays;
     hemisphere::gather(job.method, &normals, indices, &sequence, radiance, |sample| {
@@ -72,19 +76,32 @@ pub fn gather(world: &World<'_>, cache: &Cache, job: GatherJob, out: &mut Gather
 /// One gather ray and what follows it.
 struct Path<'a> {
     world: &'a World<'a>,
-    cache: &'a Cache,
+    grid: &'a RadianceGrid,
     sequence: &'a Sequence,
     index: u32,
-    /// Hits at which the mesh is not asked.
+    /// Hits at which the grid is not read.
     unread: u32,
 }
 
-/// Rays of a vertex of which the first hit reads the mesh, and those of which the second does.
-const FIRST_HIT_READS: u32 = 1024;
-const SECOND_HIT_READS: u32 = 8192;
+/// A hit from which a path goes on.
+struct Bounce {
+    /// The cells to be told what leaves it.
+    teaches: Option<CellKey>,
+    /// What those know already.
+    known: Option<Vec3>,
+    kd: Vec3,
+    /// D of the lights, W·sr⁻¹·m⁻².
+    direct: Vec3,
+    /// Odds that the path goes on.
+    odds: f32,
+}
 
-/// Hits of a ray that go on without the mesh. What the mesh gets wrong at hits does not fall with the number of rays: later
-/// rounds read it one or two bounces further on, where each albedo between makes it count for less.
+/// Rays of a vertex of which the first hit reads the grid, and those of which the second does.
+const FIRST_HIT_READS: u32 = 4096;
+const SECOND_HIT_READS: u32 = 32768;
+
+/// Hits of a ray that go on without the grid. What it gets wrong does not fall with the number of rays: later rounds read it
+/// one or two bounces further on, where each albedo between makes it count for less.
 const fn unread_hits(index: u32) -> u32 {
     if index < FIRST_HIT_READS {
         0
@@ -97,34 +114,64 @@ const fn unread_hits(index: u32) -> u32 {
 
 /// Odds of going on are at most this, so that paths end in white rooms, too.
 const GO_ON: f32 = 0.95;
+/// Share of the paths that teach the grid what it could be asked for.
+const TEACHES: f32 = 0.0625;
 /// Sets of coordinates that a sequence has for bounces, two a bounce.
 const BOUNCES_A_SEQUENCE: u32 = 30;
+/// First of the independent numbers that say which paths do.
+const READING: u32 = 1 << 31;
 
 impl Path<'_> {
-    /// Light that arrives along `ray` but for what lights send directly.
-    fn radiance(&self, mut ray: Ray, rays: &mut u64) -> Vec3 {
-        let mut sum = Vec3::ZERO;
-        let mut throughput = Vec3::ONE;
+    /// Light that arrives along `ray` but for what lights send directly; what leaves the hits of a path that rests on nothing but
+    /// itself goes to `deposits`.
+    fn radiance(&self, ray: Ray, rays: &mut u64, deposits: &mut Vec<Deposit>) -> Vec3 {
+        let mut bounces = SmallVec::new();
+        let end = self.walk(ray, rays, &mut bounces);
+        // What the path itself finds, and what its vertex takes: the grid's word where there is one.
+        let (mut found, mut taken) = (Vec3::ZERO, end);
+        for bounce in bounces.iter().rev() {
+            let leaving = |beyond: Vec3| bounce.kd * (bounce.direct + beyond / bounce.odds);
+            found = leaving(found);
+            taken = bounce.known.unwrap_or_else(|| leaving(taken));
+            deposits.extend(bounce.teaches.map(|key| Deposit { key, radiance: found }));
+        }
+        taken
+    }
+
+    /// Follows a path until it is absorbed, or the grid knows what leaves a hit; returns that.
+    ///
+    /// One that is to teach the grid goes on all the same, and so does one that the grid was of no use to: it teaches from there on
+    /// and does not ask again. Were what it tells to depend on other cells, their errors would go round. (Hits before tell
+    /// nothing: to ask only those whose paths came to places that are not known would be a choice of directions.)
+    fn walk(&self, mut ray: Ray, rays: &mut u64, bounces: &mut SmallVec<[Bounce; 8]>) -> Vec3 {
+        let scene = self.world.scene;
+        let [chance, _] = self.sequence.independent(READING | self.index);
+        let mut teaches = chance < TEACHES;
+        let mut asks = true;
         for bounce in 0.. {
             *rays += 1;
-            let Some(hit) = self.world.bvh.closest(self.world.scene, &ray) else { break };
-            let point = DiffusePoint::new(self.world.scene, &ray, &hit);
-            throughput *= point.kd;
+            let Some(hit) = self.world.bvh.closest(scene, &ray) else { break };
+            let facing = scene.area_vector(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
+            let key = self.grid.key(ray.origin + ray.direction * hit.t, facing, hit.t);
+            let mut known = None;
+            if asks && bounce >= self.unread {
+                let own = if bounce == 0 { self.index } else { 0 };
+                known = self.grid.read(key, hit.t, own);
+                match known {
+                    Some(known) if !teaches => return known,
+                    Some(_) => asks = false,
+                    None => teaches = true,
+                }
+            }
+            let point = DiffusePoint::new(scene, &ray, &hit);
             let [pick, u, v, survive] = self.numbers(bounce, 1);
-            if throughput.max_element() <= 0.0 {
-                break;
-            }
-            sum += throughput * point.direct(self.world, [pick, u, v], rays) / PI;
-            let known = if bounce < self.unread { None } else { self.cache.indirect_at(&hit, hit.t) };
-            if let Some(luminance) = known {
-                sum += throughput * luminance;
-                break;
-            }
-            let odds = throughput.max_element().min(GO_ON);
+            let direct = point.direct(self.world, [pick, u, v], rays) / PI;
+            let odds = point.kd.max_element().min(GO_ON);
+            let teaches = teaches.then_some(key);
+            bounces.push(Bounce { teaches, known, kd: point.kd, direct, odds: odds.max(f32::MIN_POSITIVE) });
             if survive >= odds {
                 break;
             }
-            throughput /= odds;
             let [u, v, ..] = self.numbers(bounce, 2);
             let direction = Density::Cosine.direction(point.normal, [u, v]);
             // Behind the facet there is nothing to see.
@@ -133,7 +180,7 @@ impl Path<'_> {
             }
             ray = Ray { origin: point.origin, direction, t_max: f32::INFINITY };
         }
-        sum
+        Vec3::ZERO
     }
 
     /// Random numbers of a bounce.
@@ -149,6 +196,7 @@ impl Path<'_> {
 
 /// Writes results into the cache, in order (the engine alone, phase "apply").
 pub fn apply(cache: &mut Cache, gathered: &Gathered) {
+    cache.radiance.add(&gathered.deposits);
     let mut start = 0;
     for &round in &gathered.rounds {
         let end = start + round.sums as usize;

@@ -3,10 +3,8 @@
 
 use super::dynamic::{Between, COVERED_WEIGHT, Cache, Light, SlotId};
 use super::earlier::{Earlier, Gathers};
-use super::topology::NodeId;
 use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
-use crate::geom::Hit;
 use crate::math::luminance;
 use crate::shade::lights::Lighting;
 use glam::Vec3;
@@ -38,13 +36,8 @@ pub struct Round {
     pub sums: u32,
 }
 
-/// A leaf of the mesh of indirect light is taken at its word at a hit if its edges are shorter than this share of the ray:
-/// what it gets wrong evens out over the hemisphere.
-const SMALL_AT_HIT: f32 = 0.15;
 /// Standard error of a guess from before the lights changed, against the value.
 const STALE_ERROR: f32 = 0.25;
-/// Error of interpolation against the value up to which it is taken at its word anyway.
-const TRUSTED_ERROR: f32 = 0.05;
 
 impl IndirectLayer {
     /// Rays gathered at a vertex.
@@ -97,9 +90,7 @@ impl IndirectLayer {
         self.gathers.bytes() + self.earlier.bytes()
     }
 
-    /// Takes in that the lights have changed: what was gathered is scaled, brought back or set aside. The slots' values are
-    /// to be refreshed.
-    pub fn relight(&mut self, before: Lighting, now: &Lighting) {
+    fn relight(&mut self, before: Lighting, now: &Lighting) {
         self.earlier.relight(&mut self.gathers, before, now);
     }
 
@@ -111,6 +102,13 @@ impl IndirectLayer {
 }
 
 impl Cache {
+    /// Takes in that the lights have changed: what was gathered is scaled, brought back or set aside. The slots' values are
+    /// to be refreshed.
+    pub fn relight_indirect(&mut self, before: Lighting, now: &Lighting) {
+        self.radiance.relight(before.common_ratio(now));
+        self.indirect.relight(before, now);
+    }
+
     /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was written,
     /// in ascending order.
     pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3) -> Vec<SlotId> {
@@ -146,8 +144,7 @@ impl Cache {
                 continue;
             }
             written.push(slot);
-            let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
-            self.slots[slot.0].indirect = Light { covered, ..self.indirect_light(slot, eye) };
+            self.slots[slot.0].indirect = self.indirect_light(slot, eye);
             let mut link = self.first_between(slot);
             while let Some((next, following)) = link {
                 link = following.and_then(|link| self.linked_between(link));
@@ -238,78 +235,5 @@ impl Cache {
     pub(super) fn weight(&self, slot: SlotId) -> f32 {
         let covered = self.vertices[self.slots[slot.0].vertex.0].progress.covered;
         if covered { COVERED_WEIGHT } else { 1.0 }
-    }
-
-    /// Indirect diffuse luminance at a hit, where the mesh knows it well enough.
-    #[must_use]
-    pub fn indirect_at(&self, hit: &Hit, distance: f32) -> Option<Vec3> {
-        let mut node = self.root_of(hit.face())?;
-        let mut weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        while let (true, Some(first)) = (self.topology.nodes[node.0].indirect.split, self.topology.nodes[node.0].child)
-        {
-            node = descend(first, &mut weights);
-        }
-        let (mut sum, mut total) = (Vec3::ZERO, 0.0);
-        for (slot, weight) in self.topology.nodes[node.0].corners.into_iter().zip(weights) {
-            let light = &self.slots[slot.0].indirect;
-            let known = light.known && !light.stale;
-            if !known && !light.covered {
-                return None;
-            }
-            if known {
-                let weight = weight.max(0.0) * if light.covered { COVERED_WEIGHT } else { 1.0 };
-                sum += light.diffuse * weight;
-                total += weight;
-            }
-        }
-        let value = sum / total;
-        (total > 0.0 && self.is_trusted(node, luminance(value), distance)).then_some(value)
-    }
-
-    fn is_trusted(&self, node: NodeId, value: f32, distance: f32) -> bool {
-        let node = &self.topology.nodes[node.0].indirect;
-        node.size < (SMALL_AT_HIT * distance).powi(2) || node.doubt < (TRUSTED_ERROR * value).powi(2)
-    }
-}
-
-/// The child that holds a point of a node given by its barycentric weights, which become those in the child.
-fn descend(first: NodeId, weights: &mut [f32; 3]) -> NodeId {
-    let w = *weights;
-    match w.iter().position(|&w| w >= 0.5) {
-        Some(corner) => {
-            *weights = w.map(|w| 2.0 * w);
-            weights[corner] -= 1.0;
-            NodeId(first.0 + corner as u32)
-        }
-        // Corners of the middle child: the middles of edges 0-1, 1-2 and 2-0.
-        None => {
-            *weights = [w[2], w[0], w[1]].map(|w| 1.0 - 2.0 * w);
-            NodeId(first.0 + 3)
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn descending_keeps_the_point() {
-        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y];
-        let at = |c: &[Vec3; 3], w: &[f32; 3]| c[0] * w[0] + c[1] * w[1] + c[2] * w[2];
-        for (u, v) in [(0.1, 0.2), (0.7, 0.1), (0.2, 0.75), (0.3, 0.4), (0.25, 0.25), (0.5, 0.5)] {
-            let weights = [1.0 - u - v, u, v];
-            let mut inner = weights;
-            let child = descend(NodeId(0), &mut inner).0 as usize;
-            let middle = [0, 1, 2].map(|i| (corners[i] + corners[(i + 1) % 3]) * 0.5);
-            let mut of_child = middle;
-            if child < 3 {
-                of_child[child] = corners[child];
-                of_child[(child + 1) % 3] = middle[child];
-                of_child[(child + 2) % 3] = middle[(child + 2) % 3];
-            }
-            assert!(inner.iter().all(|&w| w >= -1e-6), "{u} {v}: {inner:?}");
-            assert!(at(&corners, &weights).distance(at(&of_child, &inner)) < 1e-6, "{u} {v}");
-        }
     }
 }

@@ -14,6 +14,7 @@ pub mod middle;
 pub mod odds;
 pub mod pixels;
 pub mod pool;
+pub mod radiance_grid;
 pub mod remix;
 pub mod topology;
 pub mod vertex;

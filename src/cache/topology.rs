@@ -59,8 +59,6 @@ pub struct IndirectNode {
     pub surplus: f32,
     /// What it may be at most, noise included; infinite while nothing tells.
     pub doubt: f32,
-    /// Square of its longest edge, scene units².
-    pub size: f32,
     /// Pixels that it covers.
     pub pixels: f32,
     /// What the reach of each of its corners holds of it.
@@ -79,7 +77,6 @@ impl Default for IndirectNode {
             split: false,
             surplus: f32::INFINITY,
             doubt: f32::INFINITY,
-            size: 0.0,
             pixels: 0.0,
             reach: 0.0,
             version: 0,
@@ -262,9 +259,6 @@ impl Topology {
         let sides = [inner[1], inner[2], inner[0]];
         children.push(self.add_node(middles, sides, face, Some(id)));
         debug_assert!(children.windows(2).all(|w| w[1].0 == w[0].0 + 1), "children are consecutive");
-        // The children are similar to it.
-        let size = self.nodes[id.0].indirect.size * 0.25;
-        children.iter().for_each(|child| self.nodes[child.0].indirect.size = size);
         self.nodes[id.0].child = Some(children[0]);
         children[0]
     }

@@ -319,7 +319,6 @@ impl Engine {
                 diffuse: shown.diffuse.value,
                 specular: shown.specular,
                 variance: shown.diffuse.variance,
-                covered: false,
                 known: self.cache.vertices[record.vertex.0].progress.visited,
                 ..Light::default()
             };

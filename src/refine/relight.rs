@@ -30,7 +30,7 @@ impl Engine {
                 (progress.covered, progress.enclosed) = (false, false);
             }
             self.scale_surpluses(before.brightening(&now).powi(2));
-            self.cache.indirect.relight(before, &now);
+            self.cache.relight_indirect(before, &now);
             let all: Vec<SlotId> = (0..self.cache.slots.end()).map(SlotId).collect();
             self.evaluate(&all);
             self.cache.refresh_indirect(&all, self.eye);

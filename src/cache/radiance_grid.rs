@@ -1,0 +1,194 @@
+//! Light that leaves surfaces where gather rays hit them, averaged by the cells of a grid over the scene (method 6): what one
+//! path has found serves all rays that come near, whether a camera sees the place or not. After the hash grids of \[BFK18\].
+//!
+//! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes within
+//! a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
+
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+use std::f32::consts::PI;
+
+/// Greatest edge of the coarsest cell that a ray reads, against the ray's length.
+const SHARE: f32 = 0.5;
+/// Level of the smallest of those: 1/256 of the scene's diagonal, however short the ray is.
+const FINEST: f32 = 8.0;
+/// Levels that a ray reads, each of half the edge of the one before, the finest that knows enough.
+const DEPTH: u8 = 2;
+/// Paths that a cell must have seen before it is read.
+const ENOUGH: f32 = 16.0;
+/// The same against the rays that one vertex is expected to send into the cell, whose noise they share.
+const ENOUGH_OF_OWN: f32 = 0.5;
+/// No more cells than this are made; where none is, paths go on.
+const MOST_CELLS: usize = 1 << 21;
+/// Bits of a packed coordinate.
+const BITS: u32 = 16;
+/// How far the grid begins before the scene's bounds, in diagonals: walls in planes of the grid would fall into two cells by rounding.
+const MARGIN: Vec3 = Vec3::new(0.0137, 0.0171, 0.0193);
+
+/// Means of the radiance that leaves surfaces, by place and side.
+#[derive(Clone, Debug, Default)]
+pub struct RadianceGrid {
+    cells: FxHashMap<u64, Cell>,
+    origin: Vec3,
+    diagonal: f32,
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Cell {
+    sum: Vec3,
+    paths: u32,
+}
+
+/// The cells that hold a hit: the finest, of which the others follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CellKey {
+    place: [u16; 3],
+    level: u8,
+    side: u8,
+}
+
+/// What a path found to leave the surface at a hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Deposit {
+    /// Where.
+    pub key: CellKey,
+    /// Radiance, W·sr⁻¹·m⁻².
+    pub radiance: Vec3,
+}
+
+impl CellKey {
+    /// One number for the cell `up` levels above the finest.
+    fn packed(self, up: u8) -> u64 {
+        let head = u64::from(self.level - up) << 3 | u64::from(self.side);
+        self.place.iter().fold(head, |key, &p| key << BITS | u64::from(p >> up))
+    }
+}
+
+impl RadianceGrid {
+    /// An empty grid over a scene that begins at `low` and has this diagonal.
+    #[must_use]
+    pub fn new(low: Vec3, diagonal: f32) -> Self {
+        Self { origin: low - MARGIN * diagonal, diagonal, ..Self::default() }
+    }
+
+    /// The cells of a hit at `position`, on the side of its surface that `facing` points to (of any length), by a ray of length
+    /// `distance`.
+    #[must_use]
+    pub fn key(&self, position: Vec3, facing: Vec3, distance: f32) -> CellKey {
+        let wanted = SHARE * distance / self.diagonal;
+        let level = (-wanted.log2()).ceil().clamp(0.0, FINEST) as u8 + DEPTH - 1;
+        let place = (position - self.origin) / self.edge(level);
+        let axis = facing.abs().max_position();
+        let side = 2 * axis as u8 + u8::from(facing[axis] < 0.0);
+        CellKey { place: place.to_array().map(|p| p as u16), level, side }
+    }
+
+    fn edge(&self, level: u8) -> f32 {
+        self.diagonal / (1_u32 << level) as f32
+    }
+
+    /// Radiance that leaves a hit's surroundings, if enough paths ended there for a ray of length `distance`, one of `own` rays of
+    /// its vertex.
+    #[must_use]
+    pub fn read(&self, key: CellKey, distance: f32, own: u32) -> Option<Vec3> {
+        (0..DEPTH).find_map(|up| {
+            let cell = self.cells.get(&key.packed(up))?;
+            let share = (self.edge(key.level - up) / distance).powi(2) / PI;
+            let enough = ENOUGH + ENOUGH_OF_OWN * own as f32 * share.min(1.0);
+            (cell.paths as f32 >= enough).then(|| cell.sum / cell.paths as f32)
+        })
+    }
+
+    /// Takes in what paths found.
+    pub fn add(&mut self, deposits: &[Deposit]) {
+        for deposit in deposits {
+            for up in 0..DEPTH {
+                let (key, is_full) = (deposit.key.packed(up), self.cells.len() >= MOST_CELLS);
+                let cell = if is_full { self.cells.get_mut(&key) } else { Some(self.cells.entry(key).or_default()) };
+                if let Some(cell) = cell {
+                    cell.sum += deposit.radiance;
+                    cell.paths += 1;
+                }
+            }
+        }
+    }
+
+    /// Takes in that the lights have changed, all by the ratio `common`, by channel, or each by its own.
+    pub fn relight(&mut self, common: Option<Vec3>) {
+        match common {
+            Some(ratio) => self.cells.values_mut().for_each(|cell| cell.sum *= ratio),
+            None => self.cells.clear(),
+        }
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.cells.capacity() * size_of::<(u64, Cell)>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid() -> RadianceGrid {
+        RadianceGrid::new(Vec3::ZERO, 1.0)
+    }
+
+    fn deposit(grid: &RadianceGrid, position: Vec3, radiance: f32) -> Deposit {
+        Deposit { key: grid.key(position, Vec3::Y, 0.1), radiance: Vec3::splat(radiance) }
+    }
+
+    #[test]
+    fn a_cell_is_read_when_it_has_seen_enough_paths() {
+        let mut grid = grid();
+        let at = Vec3::new(0.3, 0.0, 0.4);
+        let key = grid.key(at, Vec3::Y, 0.1);
+        let paths: Vec<Deposit> = (0..ENOUGH as u32).map(|i| deposit(&grid, at, i as f32)).collect();
+        grid.add(&paths[1..]);
+        assert_eq!(grid.read(key, 0.1, 0), None);
+        grid.add(&paths[..1]);
+        let mean = (ENOUGH - 1.0) / 2.0;
+        assert_eq!(grid.read(key, 0.1, 0), Some(Vec3::splat(mean)));
+        // A vertex that would send more rays there than the cell has seen paths does not rest on it.
+        assert_eq!(grid.read(key, 0.1, 100_000), None);
+        // Neither does the other side of the surface, nor a place far off.
+        assert_eq!(grid.read(grid.key(at, -Vec3::Y, 0.1), 0.1, 0), None);
+        assert_eq!(grid.read(grid.key(at + Vec3::X * 0.2, Vec3::Y, 0.1), 0.1, 0), None);
+    }
+
+    #[test]
+    fn coarser_cells_hold_the_finer_ones() {
+        let grid = grid();
+        for i in 0..1000 {
+            let t = i as f32 * 1e-3;
+            let position = Vec3::new(t, (t * 37.0).fract(), (t * 71.0).fract());
+            let fine = grid.key(position, Vec3::X, 0.05);
+            let coarse = grid.key(position, Vec3::X, 0.1);
+            assert_eq!(fine.level, coarse.level + 1);
+            assert_eq!(fine.packed(1), coarse.packed(0), "{position}");
+        }
+    }
+
+    #[test]
+    fn cells_are_smaller_than_half_the_ray() {
+        let grid = grid();
+        for distance in [0.01, 0.1, 0.37, 1.0] {
+            let coarsest = grid.key(Vec3::ZERO, Vec3::X, distance).level - (DEPTH - 1);
+            assert!(grid.edge(coarsest) <= SHARE * distance, "{distance}");
+        }
+    }
+
+    #[test]
+    fn light_that_changes_alike_scales_cells_and_other_light_empties_them() {
+        let mut grid = grid();
+        let at = Vec3::splat(0.5);
+        let key = grid.key(at, Vec3::Y, 0.1);
+        grid.add(&vec![deposit(&grid, at, 2.0); ENOUGH as usize]);
+        grid.relight(Some(Vec3::new(1.0, 0.5, 4.0)));
+        assert_eq!(grid.read(key, 0.1, 0), Some(Vec3::new(2.0, 1.0, 8.0)));
+        grid.relight(None);
+        assert_eq!(grid.read(key, 0.1, 0), None);
+    }
+}
