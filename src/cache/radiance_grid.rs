@@ -10,7 +10,8 @@ use std::f32::consts::PI;
 
 /// Greatest edge of the coarsest cell that a ray reads, against the ray's length.
 const SHARE: f32 = 0.5;
-/// Level of the smallest of those: 1/256 of the scene's diagonal, however short the ray is.
+/// Level of the smallest of those: 1/256 of the scene's diagonal. Rays that are shorter than a cell do not read it: in a recess it
+/// may hold what is outside.
 const FINEST: f32 = 8.0;
 /// Levels that a ray reads, each of half the edge of the one before, the finest that knows enough.
 const DEPTH: u8 = 2;
@@ -92,9 +93,9 @@ impl RadianceGrid {
     #[must_use]
     pub fn read(&self, key: CellKey, distance: f32, own: u32) -> Option<Vec3> {
         (0..DEPTH).find_map(|up| {
-            let cell = self.cells.get(&key.packed(up))?;
-            let share = (self.edge(key.level - up) / distance).powi(2) / PI;
-            let enough = ENOUGH + ENOUGH_OF_OWN * own as f32 * share.min(1.0);
+            let width = self.edge(key.level - up) / distance;
+            let cell = self.cells.get(&key.packed(up)).filter(|_| width < 1.0)?;
+            let enough = ENOUGH + ENOUGH_OF_OWN * own as f32 * width * width / PI;
             (cell.paths as f32 >= enough).then(|| cell.sum / cell.paths as f32)
         })
     }
@@ -153,6 +154,11 @@ mod tests {
         assert_eq!(grid.read(key, 0.1, 0), Some(Vec3::splat(mean)));
         // A vertex that would send more rays there than the cell has seen paths does not rest on it.
         assert_eq!(grid.read(key, 0.1, 100_000), None);
+        // In a recess, where rays are shorter than cells, it may be another light.
+        let paths: Vec<Deposit> =
+            (0..100).map(|_| Deposit { key: grid.key(at, Vec3::Y, 1e-3), radiance: Vec3::ONE }).collect();
+        grid.add(&paths);
+        assert_eq!(grid.read(grid.key(at, Vec3::Y, 1e-3), 1e-3, 0), None);
         // Neither does the other side of the surface, nor a place far off.
         assert_eq!(grid.read(grid.key(at, -Vec3::Y, 0.1), 0.1, 0), None);
         assert_eq!(grid.read(grid.key(at + Vec3::X * 0.2, Vec3::Y, 0.1), 0.1, 0), None);
