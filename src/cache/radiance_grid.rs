@@ -19,6 +19,8 @@ const DEPTH: u8 = 2;
 const ENOUGH: f32 = 16.0;
 /// The same against the rays that one vertex is expected to send into the cell, whose noise they share.
 const ENOUGH_OF_OWN: f32 = 0.5;
+/// Rays of a vertex that may read the coarser cells: what those average over must not stay in the mean.
+const COARSE_FOR: u32 = 512;
 /// No more cells than this are made; where none is, paths go on.
 const MOST_CELLS: usize = 1 << 21;
 /// Bits of a packed coordinate.
@@ -92,7 +94,8 @@ impl RadianceGrid {
     /// its vertex.
     #[must_use]
     pub fn read(&self, key: CellKey, distance: f32, own: u32) -> Option<Vec3> {
-        (0..DEPTH).find_map(|up| {
+        let levels = if own < COARSE_FOR { DEPTH } else { 1 };
+        (0..levels).find_map(|up| {
             let width = self.edge(key.level - up) / distance;
             let cell = self.cells.get(&key.packed(up)).filter(|_| width < 1.0)?;
             let enough = ENOUGH + ENOUGH_OF_OWN * own as f32 * width * width / PI;
@@ -162,6 +165,19 @@ mod tests {
         // Neither does the other side of the surface, nor a place far off.
         assert_eq!(grid.read(grid.key(at, -Vec3::Y, 0.1), 0.1, 0), None);
         assert_eq!(grid.read(grid.key(at + Vec3::X * 0.2, Vec3::Y, 0.1), 0.1, 0), None);
+    }
+
+    #[test]
+    fn coarser_cells_serve_the_first_rays_only() {
+        let mut grid = grid();
+        let edge = grid.edge(grid.key(Vec3::ZERO, Vec3::Y, 0.1).level);
+        // In two of the finer cells of one coarser cell, half as many paths as it takes in each.
+        let places = [20.5, 21.5].map(|x| grid.origin + Vec3::new(x, 20.5, 20.5) * edge);
+        let paths: Vec<Deposit> = places.iter().map(|&at| deposit(&grid, at, 1.0)).collect();
+        (0..ENOUGH as u32 / 2).for_each(|_| grid.add(&paths));
+        let key = paths[0].key;
+        assert_eq!(grid.read(key, 0.1, 0), Some(Vec3::ONE));
+        assert_eq!(grid.read(key, 0.1, COARSE_FOR), None);
     }
 
     #[test]
