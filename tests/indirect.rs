@@ -115,8 +115,8 @@ fn integrating_sphere() {
     assert_deviation(&bounced, expected, [0.004, 0.08]);
 }
 
-/// Where paths have told the grid what leaves the walls, a sample takes little more than one ray. (Each path by itself goes on for five
-/// hits and asks for the light at each.)
+/// Where paths have told the grid what leaves the walls, a sample takes two rays; each path by itself, which goes on for five hits and
+/// asks for the light at each, takes ten.
 #[test]
 fn what_paths_have_found_is_not_traced_again() {
     let mut scene = Scene::default();

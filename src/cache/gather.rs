@@ -118,8 +118,8 @@ const GO_ON: f32 = 0.95;
 const TEACHES: f32 = 0.0625;
 /// Sets of coordinates that a sequence has for bounces, two a bounce.
 const BOUNCES_A_SEQUENCE: u32 = 30;
-/// First of the independent numbers that say which paths do.
-const READING: u32 = 1 << 31;
+/// First of the independent numbers that say which paths teach.
+const TEACHING: u32 = 1 << 31;
 
 impl Path<'_> {
     /// Light that arrives along `ray` but for what lights send directly; what leaves the hits of a path that rests on nothing but
@@ -140,12 +140,12 @@ impl Path<'_> {
 
     /// Follows a path until it is absorbed, or the grid knows what leaves a hit; returns that.
     ///
-    /// One that is to teach the grid goes on all the same, and so does one that the grid was of no use to: it teaches from there on
-    /// and does not ask again. Were what it tells to depend on other cells, their errors would go round. (Hits before tell
-    /// nothing: to ask only those whose paths came to places that are not known would be a choice of directions.)
+    /// One that is to teach the grid goes on all the same, and so does one that came to a place which the grid does not know: it
+    /// teaches from there on. Its vertex takes the first word that the grid has, its lessons rest on none: else the errors of cells
+    /// would go round. (Hits before teach nothing: to take only paths that came to unknown places would be a choice of directions.)
     fn walk(&self, mut ray: Ray, rays: &mut u64, bounces: &mut SmallVec<[Bounce; 8]>) -> Vec3 {
         let scene = self.world.scene;
-        let [chance, _] = self.sequence.independent(READING | self.index);
+        let [chance, _] = self.sequence.independent(TEACHING | self.index);
         let mut teaches = chance < TEACHES;
         let mut asks = true;
         for bounce in 0.. {

@@ -90,10 +90,6 @@ impl IndirectLayer {
         self.gathers.bytes() + self.earlier.bytes()
     }
 
-    fn relight(&mut self, before: Lighting, now: &Lighting) {
-        self.earlier.relight(&mut self.gathers, before, now);
-    }
-
     /// Rays of a vertex's next round that would be its first under the present lights, `least` or more.
     #[must_use]
     pub fn first_rays(&self, vertex: VertexId, least: u32) -> u32 {
@@ -106,7 +102,7 @@ impl Cache {
     /// to be refreshed.
     pub fn relight_indirect(&mut self, before: Lighting, now: &Lighting) {
         self.radiance.relight(before.common_ratio(now));
-        self.indirect.relight(before, now);
+        self.indirect.earlier.relight(&mut self.indirect.gathers, before, now);
     }
 
     /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was written,
