@@ -98,8 +98,8 @@ impl Odds {
     }
 }
 
-/// The axis that a normal is nearest to, with its sign.
-fn side(normal: Vec3) -> u8 {
+/// The axis that a normal is nearest to, of any length, with its sign: 0 to 5.
+pub(super) fn side(normal: Vec3) -> u8 {
     let axis = normal.abs().max_position();
     2 * axis as u8 + u8::from(normal[axis] < 0.0)
 }

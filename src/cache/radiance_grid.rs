@@ -4,6 +4,7 @@
 //! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes within
 //! a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
 
+use super::odds::side;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use std::f32::consts::PI;
@@ -81,9 +82,7 @@ impl RadianceGrid {
         let wanted = SHARE * distance / self.diagonal;
         let level = (-wanted.log2()).ceil().clamp(0.0, FINEST) as u8 + DEPTH - 1;
         let place = (position - self.origin) / self.edge(level);
-        let axis = facing.abs().max_position();
-        let side = 2 * axis as u8 + u8::from(facing[axis] < 0.0);
-        CellKey { place: place.to_array().map(|p| p as u16), level, side }
+        CellKey { place: place.to_array().map(|p| p as u16), level, side: side(facing) }
     }
 
     fn edge(&self, level: u8) -> f32 {
