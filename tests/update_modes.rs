@@ -78,7 +78,8 @@ fn differing([a, b]: &[LuminanceLayers; 2]) -> f32 {
 fn modes_without_artefacts_show_what_a_full_redraw_shows() {
     let Some(device) = device() else { return };
     for (format, order) in FORMATS.into_iter().flat_map(|f| ORDERS.map(|o| (f, o))) {
-        let modes = UpdateMode::ALL;
+        let modes: Vec<_> = UpdateMode::ALL.into_iter().filter(|mode| mode.check(device.report()).is_ok()).collect();
+        assert!(modes.len() + 1 >= UpdateMode::ALL.len(), "stencil export is all that a device may lack: {modes:?}");
         let mut renderer = renderer(&device, Some(format), order, &modes);
         for mode in modes {
             let share = differing(&refine(&mut renderer, &scene(), mode));
@@ -114,6 +115,7 @@ fn sixteen_bits_of_depth_serve_the_modes_without_stencil() {
 fn what_a_device_lacks_is_named() {
     let Some(device) = device() else { return };
     let mut report = device.report().clone();
+    report.optional.stencil_export = true;
     UpdateMode::ALL.iter().for_each(|mode| mode.check(&report).unwrap());
     report.optional.stencil_export = false;
     let refused = UpdateMode::StencilExport.check(&report).unwrap_err();

@@ -148,7 +148,9 @@ fn create_instance(
     // SAFETY: everything `info` points to lives in this function.
     unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
         vk::Result::ERROR_INCOMPATIBLE_DRIVER => Error::NoDevice(
-            "no Vulkan driver is installed; `apt install mesa-vulkan-drivers` on Debian or Ubuntu brings a software one".to_owned(),
+            "no Vulkan driver is installed, or none that loads; `apt install mesa-vulkan-drivers` on Debian or Ubuntu brings \
+             a software one, VK_LOADER_DEBUG=error says what is wrong with one that is there"
+                .to_owned(),
         ),
         other => error(other, "creating the Vulkan instance"),
     })
