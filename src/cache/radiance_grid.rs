@@ -15,12 +15,12 @@ const SHARE: f32 = 0.5;
 /// may hold what is outside.
 const FINEST: f32 = 8.0;
 /// Levels that a ray reads, each of half the edge of the one before, the finest that knows enough.
-const DEPTH: u8 = 2;
+const DEPTH: u8 = 3;
 /// Paths that a cell must have seen before it is read.
 const ENOUGH: f32 = 16.0;
 /// The same against the rays that one vertex is expected to send into the cell, whose noise they share.
-const ENOUGH_OF_OWN: f32 = 0.5;
-/// Rays of a vertex that may read the coarser cells: what those average over must not stay in the mean.
+const ENOUGH_OF_OWN: f32 = 2.0;
+/// Rays of a vertex that may read cells coarser than the finest: what those average over must not stay in the mean.
 const COARSE_FOR: u32 = 512;
 /// No more cells than this are made; where none is, paths go on.
 const MOST_CELLS: usize = 1 << 21;
@@ -158,9 +158,9 @@ mod tests {
         assert_eq!(grid.read(key, 0.1, 100_000), None);
         // In a recess, where rays are shorter than cells, it may be another light.
         let paths: Vec<Deposit> =
-            (0..100).map(|_| Deposit { key: grid.key(at, Vec3::Y, 1e-3), radiance: Vec3::ONE }).collect();
+            (0..100).map(|_| Deposit { key: grid.key(at, Vec3::Y, 5e-4), radiance: Vec3::ONE }).collect();
         grid.add(&paths);
-        assert_eq!(grid.read(grid.key(at, Vec3::Y, 1e-3), 1e-3, 0), None);
+        assert_eq!(grid.read(grid.key(at, Vec3::Y, 5e-4), 5e-4, 0), None);
         // Neither does the other side of the surface, nor a place far off.
         assert_eq!(grid.read(grid.key(at, -Vec3::Y, 0.1), 0.1, 0), None);
         assert_eq!(grid.read(grid.key(at + Vec3::X * 0.2, Vec3::Y, 0.1), 0.1, 0), None);
