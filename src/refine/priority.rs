@@ -328,7 +328,7 @@ impl Judge<'_> {
     fn hides_contrast(&self, id: NodeId, mean: f32) -> bool {
         let (highlight, surprise) = (self.highlight(id), self.surprise(id));
         // A surprise may be a shadow, which is darker than the mean by that much.
-        let by_surprise = surprise > HARD_CONTRAST * (2.0 * mean - surprise).max(surprise);
+        let by_surprise = surprise > SHADOW_CONTRAST * (2.0 * mean - surprise).max(surprise);
         highlight > HARD_CONTRAST * (highlight + 2.0 * mean) || by_surprise
     }
 
