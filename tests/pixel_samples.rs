@@ -11,7 +11,7 @@ use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::Options;
 use penombre::refine::update::{Leaf, LeafId, LeafPixels};
 use penombre::scene::camera::{Camera, ImageSize, View};
-use penombre::scene::light::LightKind;
+use penombre::scene::light::{Light, LightKind};
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::collections::HashMap;
 use std::f32::consts::PI;
@@ -113,14 +113,20 @@ fn wrong_pixels(mirror: &Mirror, scene: &Scene, faces: &[FaceId], view: &View) -
         let Some((_, leaf, weights)) = holder(mirror, faces, x) else { continue };
         let values = leaf.all_slots().map(|slot| mirror.slots[&slot].diffuse.x).collect::<Vec<_>>();
         let shown = if leaf.flat.is_some() { values[3] } else { (0..3).map(|i| values[i] * weights[i]).sum() };
-        let to_light = LIGHT - x;
-        let ray = Ray { origin: x + Vec3::Y * 1e-4, direction: to_light.normalize(), t_max: to_light.length() };
-        let lit = if bvh.occluded(scene, &ray) { 0.0 } else { 1.0 };
-        let exact = lit * ray.direction.y / to_light.length_squared() / PI;
+        let exact: f32 = scene.lights.iter().map(|light| exact_light(scene, &bvh, light, x)).sum();
         wrong += u32::from((shown - exact).abs() > 0.02 * 0.1);
         all += 1;
     }
     wrong as f32 / all as f32
+}
+
+/// D of a point light on the floor.
+fn exact_light(scene: &Scene, bvh: &Bvh, light: &Light, x: Vec3) -> f32 {
+    let LightKind::Point { position, intensity } = light.kind else { panic!("a point light") };
+    let to_light = position - x;
+    let ray = Ray { origin: x + Vec3::Y * 1e-4, direction: to_light.normalize(), t_max: to_light.length() };
+    let lit = if bvh.occluded(scene, &ray) { 0.0 } else { intensity.x };
+    lit * ray.direction.y / to_light.length_squared() / PI
 }
 
 fn counting(seed: u64) -> Options {
@@ -170,8 +176,8 @@ fn faces_of_a_pixel_are_sampled_where_the_shadow_crosses_them() {
     assert!(wrong < 0.06, "{wrong}");
 }
 
-/// The floor under a swarm of specks, each of which casts a shadow of about a pixel.
-fn speckled() -> (Scene, Vec<TriangleId>) {
+/// The floor under a swarm of specks, each of which casts a shadow of about a pixel, in so much light of each of two lamps.
+fn speckled(strengths: &[f32]) -> (Scene, Vec<TriangleId>) {
     let mut scene = Scene::default();
     let grey = material(&mut scene, |_| {});
     let floor = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 1, grey);
@@ -179,13 +185,15 @@ fn speckled() -> (Scene, Vec<TriangleId>) {
         let [x, z] = [0.618_034, 0.754_878].map(|step| (f32::from(i) * step).fract() * 1.4 - 0.7);
         patch(&mut scene, Vec3::new(x, 0.02, z), Vec3::Z * 0.03, Vec3::X * 0.03, 1, grey);
     }
-    light(&mut scene, LightKind::Point { position: LIGHT, intensity: Vec3::ONE });
+    for (position, strength) in [LIGHT, LIGHT * Vec3::new(-1.0, 1.0, -1.0)].into_iter().zip(strengths) {
+        light(&mut scene, LightKind::Point { position, intensity: Vec3::splat(*strength) });
+    }
     (scene, floor)
 }
 
 #[test]
 fn each_pixel_is_asked_for_shadows_of_its_size() {
-    let (scene, floor) = speckled();
+    let (scene, floor) = speckled(&[1.0]);
     let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
     let view = view(&scene, 0.0);
     let [asked, unasked] = [true, false].map(|image_is_known| {
@@ -197,6 +205,22 @@ fn each_pixel_is_asked_for_shadows_of_its_size() {
         wrong
     });
     assert!(asked <= 0.002 && unasked > 0.005, "{asked} {unasked}");
+}
+
+/// Where other light is twice as strong, the shadow of a pixel still is one.
+#[test]
+fn shadows_amid_other_light_are_found_too() {
+    let (scene, floor) = speckled(&[0.7, 1.3]);
+    let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
+    let view = view(&scene, 0.0);
+    let mut engine = engine_with(scene.clone(), 1, counting(1));
+    let mut mirror = Mirror::default();
+    solve(&mut engine, &mut mirror, &faces, (&view, 1));
+    let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
+    println!("{:.2} % of the pixels wrong, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
+    // 0.22 %; 0.39 % where only what leaves less than half the light is a shadow's edge, 0.57 % where leaves are not asked again
+    // about a light of which their corners knew nothing at first.
+    assert!(wrong < 0.003, "{wrong}");
 }
 
 #[test]

@@ -60,6 +60,12 @@ pub fn surprise(
     surprise
 }
 
+/// Lights of which the corners of a node do not know the same: nothing is asked about them.
+#[must_use]
+pub fn open_lights(cache: &Cache, id: NodeId) -> u32 {
+    (0..cache.layers.len()).filter(|&light| agreed(cache, light, id).is_none()).count() as u32
+}
+
 /// Share of a light that is visible though it should not be, or hidden though it should be visible.
 fn disagreement(world: &World<'_>, site: &Site, (light, visible): (usize, bool), turn: u32, rays: &mut u64) -> f32 {
     let points = world.points(site, light);

@@ -113,8 +113,9 @@ pub struct Work {
     pub audits: u32,
     /// Generation of the camera in which it waits for that.
     pub audit_queued: u32,
-    /// Whether what that found holds for parts of it, too: all lights were asked for.
-    pub audit_holds: bool,
+    /// Lights of which its corners did not know the same when it was audited, if that is worth asking again once they do: until then
+    /// its children cannot rest on it.
+    pub audit_open: u32,
     /// Generation of the camera that last saw it.
     pub generation: u32,
     /// Raised whenever its key changes: queued entries of older versions are void.

@@ -151,6 +151,21 @@ impl Engine {
         }
     }
 
+    /// Queues those of the visible leaves anew whose corners have come to agree about lights that an audit left out; whether there are any.
+    pub(super) fn reopen_audits(&mut self) -> bool {
+        let knows_more = |id: &NodeId| {
+            let open = self.cache.topology.nodes[id.0].work.audit_open;
+            open > 0 && middle::open_lights(&self.cache, *id) < open
+        };
+        let leaves: Vec<NodeId> = self.all_visible_leaves().into_iter().filter(knows_more).collect();
+        for &leaf in &leaves {
+            (self.cache.topology.nodes[leaf.0].work.audited, self.cache.topology.nodes[leaf.0].work.audit_open) =
+                (0, 0);
+            self.enqueue_audit(leaf);
+        }
+        !leaves.is_empty()
+    }
+
     /// Takes a leaf to be audited, if one is worth more than the next task or it is time for one.
     pub(super) fn next_audit(&mut self) -> Option<NodeId> {
         while self.audits.are_due(self.queue.peek(), self.stats.rays) {
@@ -204,18 +219,19 @@ impl Engine {
             self.audits.odds.note(sum / found.pixels as f32);
         }
         self.cache.topology.nodes[node.0].work.audited = self.generation;
-        self.note_odd(node, found.odd, found.open);
+        let open = if found.open { middle::open_lights(&self.cache, node) } else { 0 };
+        self.note_odd(node, found.odd, open);
         self.account(node);
         self.enqueue_split(node);
     }
 
-    /// Notes odd pixels at a leaf. One that is `open` tells its children nothing, and they are audited anew.
-    fn note_odd(&mut self, node: NodeId, odd: OddPixels, open: bool) {
+    /// Notes odd pixels at a leaf. One of which `open` lights were left out tells its children nothing, and they are audited anew.
+    fn note_odd(&mut self, node: NodeId, odd: OddPixels, open: u32) {
         let mut odd = odd;
         odd.extend(self.audits.odd.remove(&node).into_iter().flatten());
         let work = &mut self.cache.topology.nodes[node.0].work;
         let most = odd.iter().map(|odd| odd.surprise).fold(0.0, f32::max);
-        (work.surprise, work.audit_holds) = (Some(most), !open);
+        (work.surprise, work.audit_open) = (Some(most), open);
         work.surprise_share = (odd.len() as f32 / work.pixels.max(1.0)).min(1.0);
         if !odd.is_empty() {
             self.audits.odd.insert(node, odd);
@@ -226,7 +242,7 @@ impl Engine {
     pub(super) fn hand_down_audit(&mut self, parent: NodeId, first: NodeId) {
         let odd = self.audits.odd.remove(&parent).unwrap_or_default();
         let work = self.cache.topology.nodes[parent.0].work;
-        if work.audited != self.generation || !work.audit_holds {
+        if work.audited != self.generation || work.audit_open > 0 {
             return;
         }
         for child in (first.0..first.0 + 4).map(NodeId) {
@@ -234,7 +250,7 @@ impl Engine {
             let inside = odd.iter().filter(|odd| weights_inside(corners, self.eye, odd.ray).is_some()).copied();
             let child_work = &mut self.cache.topology.nodes[child.0].work;
             (child_work.audited, child_work.audits) = (self.generation, work.audits);
-            self.note_odd(child, inside.collect(), false);
+            self.note_odd(child, inside.collect(), 0);
         }
     }
 }

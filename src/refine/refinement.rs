@@ -166,12 +166,13 @@ impl Engine {
         while self.queue.is_empty() && self.tolerance > self.options.tolerance {
             self.step_down();
         }
-        !self.queue.is_empty()
+        !self.queue.is_empty() || self.reopen_audits()
     }
 
     /// Halves the tolerance and queues what that leaves to do.
     fn step_down(&mut self) {
         self.tolerance = (self.tolerance * 0.5).max(self.options.tolerance);
+        self.reopen_audits();
         let leaves = self.all_visible_leaves();
         self.enqueue_leaves(&leaves);
         self.survey_indirect();
