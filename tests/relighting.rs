@@ -202,13 +202,18 @@ fn indirect_light_goes_to_that_of_a_fresh_run() {
         mirror.apply(engine.step(Budget::Rays(3000)));
         engine.counted(&drawn(&mirror));
     }
-    let guess = (mean(&mirror, &ids) / mean(&fresh, &ids) - 1.0).abs().max_element();
+    // The quarter of a wall that is furthest from what it should be.
+    let off = |mirror: &Mirror| -> f32 {
+        let of_part = |part: &[TriangleId]| (mean(mirror, part) / mean(&fresh, part) - 1.0).abs().max_element();
+        ids.chunks(2).map(of_part).fold(0.0, f32::max)
+    };
+    let guess = off(&mirror);
     finish(&mut engine, &mut mirror, 1_500_000);
     engine.cache().validate();
-    let (a, b) = (mean(&mirror, &ids), mean(&fresh, &ids));
-    let off = (a / b - 1.0).abs().max_element();
-    assert!(off < 0.01, "{a} {b}; just after the change it was {guess} off");
-    assert!(off < guess, "{off} {guess}");
+    let off = off(&mirror);
+    println!("{off}; just after the change {guess}");
+    // Four seeds: 0.8 to 1.7 %, and 7 to 11 % before.
+    assert!(off < 0.025 && off < guess, "{off}; just after the change {guess}");
 }
 
 /// A second look from the same place traces no direct ray, and another eye leaves D as it is.
