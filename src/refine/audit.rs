@@ -158,12 +158,16 @@ impl Engine {
             open > 0 && middle::open_lights(&self.cache, *id) < open
         };
         let leaves: Vec<NodeId> = self.all_visible_leaves().into_iter().filter(knows_more).collect();
-        for &leaf in &leaves {
-            (self.cache.topology.nodes[leaf.0].work.audited, self.cache.topology.nodes[leaf.0].work.audit_open) =
-                (0, 0);
+        let mut any = false;
+        for leaf in leaves {
+            self.cache.topology.nodes[leaf.0].work.audited = 0;
+            let wanted = self.judge().wants_audit(leaf);
+            let work = &mut self.cache.topology.nodes[leaf.0].work;
+            (work.audited, work.audit_open) = if wanted { (0, 0) } else { (self.generation, work.audit_open) };
             self.enqueue_audit(leaf);
+            any |= wanted;
         }
-        !leaves.is_empty()
+        any
     }
 
     /// Takes a leaf to be audited, if one is worth more than the next task or it is time for one.
