@@ -202,6 +202,23 @@ mod tests {
     }
 
     #[test]
+    fn a_full_grid_makes_no_more_cells_but_goes_on_learning() {
+        let mut grid = grid();
+        let first = Deposit { key: grid.key(Vec3::splat(0.5), Vec3::Y, 1.0), radiance: Vec3::ONE };
+        grid.add(&[first]);
+        let place = |i: u32| CellKey { place: [i, i >> 10, i >> 20].map(|p| (p << DEPTH) as u16), level: 10, side: 0 };
+        for i in 0..MOST_CELLS as u32 {
+            grid.add(&[Deposit { key: place(i), radiance: Vec3::ONE }]);
+        }
+        assert_eq!(grid.cells.len(), MOST_CELLS);
+        let last = Deposit { key: CellKey { place: [7; 3], level: 9, side: 3 }, radiance: Vec3::ONE };
+        grid.add(&[last; ENOUGH as usize]);
+        assert_eq!(grid.read(last.key, 1.0, 0), None);
+        grid.add(&[first; ENOUGH as usize]);
+        assert_eq!(grid.read(first.key, 1.0, 0), Some(Vec3::ONE));
+    }
+
+    #[test]
     fn light_that_changes_alike_scales_cells_and_other_light_empties_them() {
         let mut grid = grid();
         let at = Vec3::splat(0.5);
