@@ -154,18 +154,22 @@ impl Engine {
     /// Queues those of the visible leaves anew whose corners have come to agree about lights that an audit left out; whether there are any.
     pub(super) fn reopen_audits(&mut self) -> bool {
         let knows_more = |id: &NodeId| {
-            let open = self.cache.topology.nodes[id.0].work.audit_open;
-            open > 0 && middle::open_lights(&self.cache, *id) < open
+            let work = &self.cache.topology.nodes[id.0].work;
+            let is_open = work.audited == self.generation && work.audit_open > 0;
+            is_open && middle::open_lights(&self.cache, *id) < work.audit_open
         };
         let leaves: Vec<NodeId> = self.all_visible_leaves().into_iter().filter(knows_more).collect();
         let mut any = false;
         for leaf in leaves {
             self.cache.topology.nodes[leaf.0].work.audited = 0;
-            let wanted = self.judge().wants_audit(leaf);
-            let work = &mut self.cache.topology.nodes[leaf.0].work;
-            (work.audited, work.audit_open) = if wanted { (0, 0) } else { (self.generation, work.audit_open) };
             self.enqueue_audit(leaf);
-            any |= wanted;
+            let work = &mut self.cache.topology.nodes[leaf.0].work;
+            if work.audit_queued == self.generation {
+                work.audit_open = 0;
+                any = true;
+            } else {
+                work.audited = self.generation;
+            }
         }
         any
     }
