@@ -6,6 +6,7 @@
 #include "images.glsl"
 #include "texture.glsl"
 #include "barycentrics.glsl"
+#include "half.glsl"
 
 layout(location = 0) out vec4 out_kd; // a: coverage
 layout(location = 1) out vec4 out_ks;
@@ -14,6 +15,10 @@ layout(location = 2) out vec4 out_emission;
 // A filtered look-up times a colour; the colour alone without texture.
 vec3 textured(vec3 colour, uint map, vec2 uv[3]) {
     return map == NONE ? colour : colour * texture_filtered(map, uv[0], uv[1] - uv[0], uv[2] - uv[0]);
+}
+
+vec4 stored(vec3 colour) {
+    return vec4(nearest_half(min(colour, HALF_MAX)), 1.0);
 }
 
 void main() {
@@ -39,9 +44,9 @@ void main() {
             uv[i] = t.uv[0] * (1.0 - b.x - b.y) + t.uv[1] * b.x + t.uv[2] * b.y;
         }
     }
-    out_kd = vec4(textured(m.kd, m.map_kd, uv), 1.0);
-    out_ks = vec4(m.ks, 1.0);
+    out_kd = stored(textured(m.kd, m.map_kd, uv));
+    out_ks = stored(m.ks);
     if (emits) {
-        out_emission = vec4(textured(m.ke, m.map_ke, uv) * frame.emission_scale, 1.0);
+        out_emission = stored(textured(m.ke, m.map_ke, uv) * frame.emission_scale);
     }
 }
