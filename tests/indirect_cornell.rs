@@ -9,8 +9,9 @@ use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::math::luminance;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
-use penombre::refine::engine::{Budget, Visible};
+use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
+use penombre::refine::update::SlotId;
 use penombre::scene::camera::{ImageSize, View};
 use penombre::scene::{FaceId, Scene, TriangleId, load};
 use penombre::shade::lights::Lights;
@@ -32,6 +33,7 @@ struct Picture {
     view: View,
     bvh: Bvh,
     mirror: Mirror,
+    engine: Engine,
 }
 
 impl Picture {
@@ -55,7 +57,7 @@ impl Picture {
             mirror.apply(engine.step(Budget::Rays(20_000)));
             engine.counted(&drawn(&mirror));
         }
-        Self { view, bvh, mirror }
+        Self { view, bvh, mirror, engine }
     }
 }
 
@@ -124,4 +126,35 @@ fn the_picture_is_the_path_tracers() {
     let rmse = ((square - variance).max(0.0) / count).sqrt() / (mean / count);
     assert!(bias.abs() < 4.0 * noise + 0.008, "{bias} ± {noise}");
     assert!(rmse < 0.02 && count > 900.0, "{rmse} over {count} pixels");
+}
+
+/// Where a block meets the floor the mesh of indirect light is refined far below a pixel, and coarser leaves beside are drawn through its
+/// vertices: those must not be left with the few rays that are good for leaves without a pixel.
+#[test]
+fn vertices_on_edges_of_coarser_leaves_get_their_rays() {
+    let picture = Picture::new(&cornell(), 96, Options { filter: false, min_pixels: 0.0, ..bounces(11) }, 6_000_000);
+    let cache = picture.engine.cache();
+    // What a vertex shows of its noise, as squares times pixels, and whether all of that is in leaves that it is no corner of.
+    let mut shown: HashMap<SlotId, (f32, bool)> = HashMap::new();
+    for leaf in &picture.mirror.drawn {
+        let leaf = &cache.leaves[leaf.0];
+        let node = &cache.topology.nodes[leaf.node.0];
+        let own = cache.corner_vertices(cache.topology.indirect_leaf(leaf.node));
+        for slot in leaf.leaf.slots.into_iter().filter(|&slot| cache.indirect.is_sampled(slot)) {
+            let of_slot = shown.entry(slot).or_insert((0.0, true));
+            of_slot.0 += cache.slots[slot.0].indirect.variance * node.work.pixels / node.drawn.len() as f32;
+            of_slot.1 &= !own.contains(&cache.slots[slot.0].vertex) || node.work.pixels < 0.1;
+        }
+    }
+    let a_ray = |slot: &SlotId, shown: f32| shown / cache.indirect.rays(cache.slots[slot.0].vertex) as f32;
+    // What nine in ten of them stay below.
+    let most = |hanging: bool| {
+        let mut keys: Vec<f32> =
+            shown.iter().filter(|(_, s)| s.1 == hanging).map(|(slot, s)| a_ray(slot, s.0)).collect();
+        assert!(keys.len() > 1000, "{}", keys.len());
+        keys.sort_by(f32::total_cmp);
+        keys[keys.len() * 9 / 10]
+    };
+    let (hanging, others) = (most(true), most(false));
+    assert!(hanging < 1.6 * others, "a ray would take away {hanging} of their noise, and {others} of that of others");
 }

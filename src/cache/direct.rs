@@ -8,6 +8,7 @@ use super::dynamic::{Cache, SlotId};
 use super::odds;
 use super::topology::NodeId;
 use super::vertex::{Left, VertexId};
+use crate::estimate::penumbra::Round;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
 use crate::math::luminance;
 use crate::shade::light_mesh::Emitter;
@@ -85,7 +86,7 @@ const PENUMBRA_POINTS: u32 = 16;
 /// Share of what can arrive that makes a light strong: the square root of the ratio of points.
 const STRONG: f32 = 0.5;
 /// Points after which a penumbra is not sampled further.
-pub const MAX_POINTS: u32 = 4096;
+pub const MAX_POINTS: u32 = 1 << 16;
 
 /// Where a vertex lies that is visited for the first time.
 #[derive(Clone, Copy)]
@@ -176,6 +177,19 @@ fn odds(cache: &Cache, around: odds::Place, place: Place, light: u32) -> f32 {
     (odds + known().map(|corner| corner.fraction()).sum::<f32>()) / (1 + known().count()) as f32
 }
 
+/// Points of a light that a vertex should not fall short of: half of what those that it lies between took in its penumbra, lest
+/// it know less than they told before it was there.
+fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
+    let layer = &cache.layers[light as usize].visibility;
+    let points = |slot: SlotId| {
+        let known = layer.get(cache.slots[slot.0].vertex.0);
+        if known.is_partial() { known.points / 2 } else { 0 }
+    };
+    let between =
+        cache.slots_of(id).filter_map(|slot| cache.slots[slot.0].between.as_ref()).filter(|between| !between.above);
+    between.flat_map(|between| &between.of).map(|&(slot, _)| points(slot)).max().unwrap_or(0)
+}
+
 /// A light that nothing but a ray can settle at a vertex.
 struct Open {
     light: u32,
@@ -239,7 +253,7 @@ fn settled(cache: &Cache, (emitter, light): (Emitter<'_>, u32), place: Place) ->
     (known && agree && exact).then_some(first)
 }
 
-/// Traces a light for the first time.
+/// Traces a light for the first time: by `first` points, or those that tell a penumbra; more where others around know it better.
 fn sample(
     world: &World<'_>,
     cache: &Cache,
@@ -249,7 +263,9 @@ fn sample(
 ) {
     let emitter = world.lights.mesh(light as usize);
     if !emitter.is_delta() {
-        let mut round = Round::new(world, cache, (id, light), Visibility::default(), out);
+        let around = points_around(cache, id, light);
+        let [first, penumbra] = [first.max(around), penumbra.max(around)];
+        let mut round = Tracing::new(world, cache, (id, light), Visibility::default(), out);
         round.trace(first.min(emitter.all_points().unwrap_or(u32::MAX)), out);
         if round.is_penumbra() {
             round.trace(in_turns(emitter, penumbra), out);
@@ -286,7 +302,7 @@ fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: 
     }
     let points = if is_strong(world, cache, (id, light)) { STRONG_POINTS } else { PENUMBRA_POINTS };
     let known = cache.layers[light as usize].visibility.get(id.0);
-    let mut round = Round::new(world, cache, (id, light), known, out);
+    let mut round = Tracing::new(world, cache, (id, light), known, out);
     round.trace(in_turns(emitter, points), out);
     round.finish(out);
 }
@@ -296,7 +312,7 @@ fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
     for (light, emitter) in (0_u32..).zip(world.lights.meshes()) {
         let known = cache.layers[light as usize].visibility.get(id.0);
         if world.lights.mesh_is_on(light as usize) && is_doubled(emitter, known) {
-            let mut round = Round::new(world, cache, (id, light), known, out);
+            let mut round = Tracing::new(world, cache, (id, light), known, out);
             round.trace(known.points * 2, out);
             round.finish(out);
         }
@@ -320,11 +336,12 @@ impl Left {
         // One ray for a delta light, four for an area light: two is near enough for a key.
         self.settle += if known.origin == Origin::Deferred { 2 } else { 0 };
         self.double += if is_doubled(light, known) { known.points } else { 0 };
+        self.partial += u32::from(known.is_partial());
     }
 }
 
 /// A round of points of one mesh, of an area light or a group, at one vertex.
-struct Round<'a> {
+struct Tracing<'a> {
     world: &'a World<'a>,
     cache: &'a Cache,
     id: VertexId,
@@ -334,7 +351,7 @@ struct Round<'a> {
     first: usize,
 }
 
-impl<'a> Round<'a> {
+impl<'a> Tracing<'a> {
     fn new(
         world: &'a World<'a>,
         cache: &'a Cache,
@@ -394,7 +411,7 @@ pub fn apply(cache: &mut Cache, results: &Results) {
     for vertex in &results.covered {
         cache.vertices[vertex.0].progress.covered = true;
     }
-    let mut sums = results.sums.iter();
+    let mut sums = results.sums.as_slice();
     let mut cells = (None, [0; 3]);
     for result in &results.lights {
         let before = cache.layers[result.light as usize].visibility.get(result.vertex.0);
@@ -404,13 +421,31 @@ pub fn apply(cache: &mut Cache, results: &Results) {
             }
             cache.odds.note(cells.1, result.light, result.visibility.fraction());
         }
+        let (own, rest) = sums.split_at(result.sums as usize);
+        sums = rest;
+        note_rounds(cache, result, before, own);
         let layer = &mut cache.layers[result.light as usize];
         *layer.visibility.entry(result.vertex.0) = result.visibility;
         cache.vertices[result.vertex.0].progress.traced |= result.visibility.origin == Origin::Sampled;
-        for &(slot, sum) in sums.by_ref().take(result.sums as usize) {
+        for &(slot, sum) in own {
             let entry = layer.sums.entry(slot.0);
             entry.visible += sum.visible;
             entry.unoccluded += sum.unoccluded;
         }
+    }
+}
+
+/// Notes how as many new points of a light as there were before differ from those.
+fn note_rounds(cache: &mut Cache, result: &LightResult, before: Visibility, sums: &[(SlotId, AreaSum)]) {
+    let points = before.points;
+    if points == 0 || result.visibility.points != 2 * points {
+        return;
+    }
+    let round =
+        |sum: AreaSum| (sum.unoccluded > 0.0).then(|| Round { points, share: luminance(sum.visible) / sum.unoccluded });
+    let layer = &cache.layers[result.light as usize].sums;
+    let told = sums.iter().find_map(|&(slot, sum)| Some([round(layer.get(slot.0))?, round(sum)?]));
+    if let Some([before, more]) = told {
+        cache.penumbrae.note(result.light, before, more);
     }
 }

@@ -9,6 +9,7 @@ use super::radiance_grid::RadianceGrid;
 use super::topology::{Node, NodeId, Topology};
 use super::vertex::{Vertex, VertexId, VertexName};
 use super::weld::{Group, Weld};
+use crate::estimate::penumbra::Penumbrae;
 use crate::scene::{FaceId, Scene, TriangleId};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
@@ -160,6 +161,8 @@ pub struct Cache {
     pub layers: Vec<Layer>,
     /// How likely places see each of them.
     pub(super) odds: Odds,
+    /// How sure points in the lights' penumbrae are.
+    pub(super) penumbrae: Penumbrae,
     /// The static mesh of indirect light.
     pub indirect: IndirectLayer,
     /// What gather rays find at their hits.
@@ -191,7 +194,8 @@ impl Cache {
         let diagonal = scene.diagonal();
         let radiance = RadianceGrid::new(scene.bounds().map_or(Vec3::ZERO, |(low, _)| low), diagonal);
         let odds = Odds::new(lights, diagonal);
-        Self { layers: vec![Layer::default(); lights], odds, radiance, diagonal, ..Self::default() }
+        let penumbrae = Penumbrae::new(lights);
+        Self { layers: vec![Layer::default(); lights], odds, penumbrae, radiance, diagonal, ..Self::default() }
     }
 
     /// The root of `face`, created with its vertices on first demand.
@@ -424,6 +428,7 @@ impl Cache {
             + self.roots.capacity() * size_of::<(FaceId, NodeId)>();
         layers
             + self.odds.bytes()
+            + self.penumbrae.bytes()
             + self.indirect.bytes()
             + self.radiance.bytes()
             + maps

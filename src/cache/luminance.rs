@@ -26,7 +26,7 @@ pub struct Diffuse {
 const LEAST_ODDS: f32 = 1.0 / 255.0;
 /// Points from which on what they say of a penumbra tells their noise: fewer were taken where neighbours agree.
 const SURE_POINTS: u32 = 16;
-/// Variance of stratified points in a penumbra against independent ones.
+/// Variance of a group's stratified turns against independent ones.
 const STRATIFIED: f32 = 0.3;
 
 /// Relative variance of one point of a light that has no closed form.
@@ -71,7 +71,7 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
         }
         let visibility = layer.visibility.get(record.vertex.0);
         left.add(emitter, visibility);
-        let spread = spread(emitter, visibility);
+        let spread = spread(emitter, visibility, |points| cache.penumbrae.gain(light as u32, points));
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
             let samples = Samples { light, visibility, sum: layer.sums.get(slot.0) };
             let part = match emitter {
@@ -123,10 +123,10 @@ impl Sum {
 }
 
 /// Variance of a light at a slot over the square of what is unoccluded.
-fn spread(emitter: Emitter<'_>, visibility: Visibility) -> f32 {
+fn spread(emitter: Emitter<'_>, visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
     let mut spread = match (visibility.origin, emitter) {
-        (Origin::Sampled, Emitter::Group(_)) => group_variance(emitter, visibility),
-        _ => fraction_variance(visibility, visibility.fraction()),
+        (Origin::Sampled, Emitter::Group(_)) => group_variance(emitter, visibility, gain),
+        _ => fraction_variance(visibility, gain),
     };
     if visibility.points > 0 && !emitter.has_closed_form() {
         spread += SAMPLED / visibility.points as f32;
@@ -135,25 +135,26 @@ fn spread(emitter: Emitter<'_>, visibility: Visibility) -> f32 {
 }
 
 /// Variance of the visible fraction of a group. Where each member has had its turns, only what differs from turn to turn is noise.
-fn group_variance(group: Emitter<'_>, visibility: Visibility) -> f32 {
+fn group_variance(group: Emitter<'_>, visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
     let (count, points) = (group.count(), visibility.points);
     if group.all_points().is_some_and(|all| points >= all) {
         return 0.0;
     }
     match visibility.change_after(count).filter(|_| points >= SURE_POINTS) {
         Some(change) => change * 0.5 * STRATIFIED / points as f32,
-        None => fraction_variance(visibility, visibility.fraction()),
+        None => fraction_variance(visibility, gain),
     }
 }
 
-/// Variance of a visible fraction.
-fn fraction_variance(visibility: Visibility, fraction: f32) -> f32 {
+/// Variance of a visible fraction, by the `gain` of stratified points.
+fn fraction_variance(visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
+    let fraction = visibility.fraction();
     match visibility.origin {
         Origin::Sampled if visibility.points >= SURE_POINTS => {
             // Half a point of doubt each way: that all points agree does not say that all others would.
             let n = visibility.points as f32;
             let likely = (fraction * n + 0.5) / (n + 1.0);
-            likely * (1.0 - likely) * STRATIFIED / n
+            likely * (1.0 - likely) * gain(visibility.points) / n
         }
         Origin::Sampled | Origin::Inferred => 0.0,
         Origin::Deferred | Origin::Unknown => {

@@ -69,6 +69,8 @@ pub struct Left {
     pub settle: u32,
     /// To double the points of lights that are partly visible.
     pub double: u32,
+    /// Lights that are partly visible.
+    pub partial: u32,
 }
 
 /// Steps are bounded by the scene's diagonal: large enough for f32 at that scale, small enough for thin parts.

@@ -86,6 +86,12 @@ impl Visibility {
         self.hits as f32 / self.points.max(1) as f32
     }
 
+    /// Whether it was found that some of the light is visible and some is not.
+    #[must_use]
+    pub fn is_partial(self) -> bool {
+        self.origin == Origin::Sampled && self.hits > 0 && self.hits < self.points
+    }
+
     /// Whether it is guessed that little of the light is visible.
     #[must_use]
     pub fn is_unlikely(self) -> bool {

@@ -103,7 +103,7 @@ pub struct Engine {
 
 /// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until the
 /// options' own is reached.
-const FIRST_TOLERANCE: f32 = 4e-3;
+const FIRST_TOLERANCE: f32 = 1e-3;
 
 impl Engine {
     /// An engine with an empty cache.

@@ -281,12 +281,12 @@ impl Engine {
     }
 
     /// The slots in the middle of a split node's edges: the corners of its middle child.
-    fn middles(&self, id: NodeId) -> Option<[SlotId; 3]> {
+    pub(super) fn middles(&self, id: NodeId) -> Option<[SlotId; 3]> {
         let first = self.cache.topology.nodes[id.0].child?;
         Some(self.cache.topology.nodes[first.0 + 3].corners)
     }
 
-    fn children(&self, id: NodeId) -> Vec<NodeId> {
+    pub(super) fn children(&self, id: NodeId) -> Vec<NodeId> {
         let first = self.cache.topology.nodes[id.0].child;
         first.map_or(Vec::new(), |first| (0..4).map(|i| NodeId(first.0 + i)).collect())
     }

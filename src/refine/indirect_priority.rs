@@ -4,9 +4,10 @@ use super::priority::{
     CHILD, CONTRAST_WEIGHT, HARD_CONTRAST, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST, sum_of_products,
 };
 use crate::cache::dynamic::{Light, SlotId};
-use crate::cache::topology::{MAX_LEVEL, NodeId};
+use crate::cache::topology::{MAX_LEVEL, Node, NodeId};
 use crate::cache::vertex::VertexId;
 use crate::math::luminance;
+use crate::refine::update::LeafId;
 use glam::Vec3;
 
 /// Rays of a vertex's first round.
@@ -20,7 +21,7 @@ pub const PROOF_OF_DARKNESS: u32 = 128;
 /// A vertex is not sampled beyond this many rays (whose noise is about 0.05 %).
 const MAX_RAYS: u32 = 1 << 17;
 /// Most rays of the first round of a vertex of a finer level.
-const MOST_FIRST_RAYS: u32 = 512;
+const MOST_FIRST_RAYS: u32 = 1 << 16;
 /// Rays traced for one gathered: itself and the shadow ray at its hit.
 const RAYS_A_SAMPLE: f32 = 2.0;
 /// Guess of the standard deviation of interpolation where nothing has been measured: a share of the value.
@@ -86,7 +87,8 @@ impl Judge<'_> {
         // What was never sampled is missing from the picture.
         let unknown = (UNSAMPLED * self.typical(id)).powi(2);
         let variance = |l: &Light| if l.known { l.variance } else { unknown };
-        let noise = valid().map(variance).sum::<f32>() * [1.0, 1.0 / 3.0, 1.0 / 6.0][count - 1];
+        let noise =
+            valid().map(variance).sum::<f32>() * [1.0, 1.0 / 3.0, 1.0 / 6.0][count - 1] + self.hanging_noise(node);
         let contrast = CONTRAST_WEIGHT * (most - least).powi(2);
         let interpolation = if node.indirect.surplus.is_finite() {
             node.indirect.surplus + SURPLUS_TO_MSE * CHILD * contrast
@@ -94,6 +96,14 @@ impl Judge<'_> {
             (UNMEASURED * most.max(self.typical(id))).powi(2) + contrast
         };
         [interpolation, noise]
+    }
+
+    /// Variance that sampled midpoints on a leaf's edges, which neighbours have refined, add to what it shows.
+    fn hanging_noise(&self, node: &Node) -> f32 {
+        let middles = node.edges.into_iter().filter_map(|edge| self.cache.topology.midpoint(edge));
+        let slots =
+            middles.filter_map(|middle| self.cache.slots_of(middle).find(|&slot| self.cache.indirect.is_sampled(slot)));
+        slots.map(|slot| self.cache.slots[slot.0].indirect.variance).sum::<f32>() / 6.0
     }
 
     /// Whether a leaf lies across a line where its surface runs into another: some of its corners are covered, or see hardly
@@ -218,7 +228,28 @@ impl Judge<'_> {
             // That does not become less likely with the rays until there is proof.
             variance = (UNSAMPLED * self.mean).powi(2) / FIRST_RAYS as f32;
         }
-        (vertex.reach + NOISE_BELOW * vertex.reach_below) * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
+        let reach = vertex.reach + NOISE_BELOW * vertex.reach_below + self.hanging_reach(id);
+        reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
+    }
+
+    /// What shows of a sampled vertex in leaves of the mesh of indirect light that it is no corner of: it lies on an edge of theirs, which
+    /// neighbours have refined, and they are drawn through it.
+    fn hanging_reach(&self, id: VertexId) -> f32 {
+        let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.leaves_of(slot));
+        let share = |leaf: LeafId| {
+            let node = self.cache.leaves[leaf.0].node;
+            let holder = self.cache.topology.indirect_leaf(node);
+            if self.cache.corner_vertices(holder).contains(&id) {
+                return 0.0;
+            }
+            let Node { work, drawn, .. } = &self.cache.topology.nodes[node.0];
+            if work.generation == self.generation {
+                work.pixels * self.gain(holder) / (6 * drawn.len()) as f32
+            } else {
+                0.0
+            }
+        };
+        leaves.map(share).sum()
     }
 
     /// Drop of the square error at a vertex that its first round of so many rays would buy.

@@ -3,7 +3,7 @@
 use super::counts::FEW_PIXELS;
 use super::options::{Options, Priority};
 use crate::cache::dynamic::{Cache, Light, SlotId};
-use crate::cache::topology::{MAX_LEVEL, NodeId, Work};
+use crate::cache::topology::{MAX_LEVEL, Node, NodeId, Work};
 use crate::cache::vertex::VertexId;
 use crate::math::{combine, luminance};
 use crate::scene::{FaceId, Scene};
@@ -77,6 +77,8 @@ const UNMEASURED_EDGE: f32 = 0.05;
 const SMALL_FACE: f32 = 16.0;
 /// A child's square error against its parent's, where light is smooth.
 pub(super) const CHILD: f32 = 1.0 / 16.0;
+/// The same where a penumbra begins.
+const KINKED_CHILD: f32 = 1.0 / 4.0;
 /// Contrast, of indirect light or with what lies between corners, that takes a leaf for one across a hard shadow's.
 pub(super) const HARD_CONTRAST: f32 = 0.4;
 /// The same for direct light: an edge where a quarter of it is missing looks sharp.
@@ -183,8 +185,14 @@ impl Judge<'_> {
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let (highlight, surprise) = (self.highlight(id), self.surprise(id));
         // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
-        let surplus =
-            node.work.surplus.max(hanging.surplus * CHILD) / if contrast > HARD_CONTRAST { CHILD } else { 1.0 };
+        let smoothness = if contrast > HARD_CONTRAST {
+            CHILD
+        } else if self.spans_a_kink(node) {
+            CHILD / KINKED_CHILD
+        } else {
+            1.0
+        };
+        let surplus = node.work.surplus.max(hanging.surplus * CHILD) / smoothness;
         let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
             + self.unmeasured_edge(id, contrast) * mean.powi(2)
@@ -193,6 +201,13 @@ impl Judge<'_> {
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+    }
+
+    /// Whether a penumbra begins or ends between the corners of a node.
+    fn spans_a_kink(&self, node: &Node) -> bool {
+        let partial = |slot: SlotId| self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.left.partial > 0;
+        let partial = node.corners.map(partial);
+        partial != [partial[0]; 3]
     }
 
     /// Square error of interpolating over a small face across a hard edge, against the square of its mean: nothing was ever measured
@@ -305,7 +320,13 @@ impl Judge<'_> {
             return 0.0;
         }
         let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
-        node.work.pixels * error / (1.0 + VERTEX_COST * new as f32)
+        node.work.pixels * error / (1.0 + (VERTEX_COST + self.points_between(node)) * new as f32)
+    }
+
+    /// Points of lights' penumbrae that a new vertex between the corners of a node takes: half of what those have.
+    fn points_between(&self, node: &Node) -> f32 {
+        let points = |slot: SlotId| self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.left.double;
+        node.corners.map(points).iter().sum::<u32>() as f32 / (2.0 * 3.0)
     }
 
     /// Whether a leaf lies across a hard edge, or hides one.

@@ -2,6 +2,7 @@
 
 use super::engine::Engine;
 use super::indirect::{GATHER_RAYS_A_RUN, IndirectWork};
+use super::priority::CHILD;
 use super::queue::Task;
 use crate::cache::direct::{self, Job, Wanted};
 use crate::cache::dynamic::{Cache, SlotId};
@@ -326,7 +327,7 @@ impl Engine {
                 work.pixels = parent.pixels * 0.25;
                 work.share = parent.share * 0.25;
                 work.generation = parent.generation;
-                work.surplus = surplus / 16.0;
+                work.surplus = surplus * CHILD;
             }
             self.hand_down_audit(f.node, f.first);
             let node = &mut self.cache.topology.nodes[f.node.0];
@@ -338,12 +339,26 @@ impl Engine {
         nodes.sort_unstable();
         nodes.dedup();
         nodes.retain(|node| self.cache.topology.nodes[node.0].child.is_none());
+        self.measure_again(&nodes);
         self.look_between_corners(&nodes);
         for node in nodes {
             self.account(node);
             self.enqueue_split(node);
         }
         self.gather_inside(inner);
+    }
+
+    /// Measures what the parents of leaves were split for by what is known there now: the first look was a noisy one.
+    fn measure_again(&mut self, leaves: &[NodeId]) {
+        let parent = |leaf: &NodeId| self.cache.topology.nodes[leaf.0].parent;
+        let mut parents: Vec<NodeId> = leaves.iter().filter_map(parent).collect();
+        parents.sort_unstable();
+        parents.dedup();
+        for parent in parents {
+            let Some(middles) = self.middles(parent) else { continue };
+            let surplus = self.judge().surplus(parent, middles) * CHILD;
+            self.children(parent).iter().for_each(|child| self.cache.topology.nodes[child.0].work.surplus = surplus);
+        }
     }
 
     /// Queues what is left to trace at the vertices of slots, whose triangles are drawn.
@@ -368,8 +383,12 @@ impl Engine {
             self.account(leaf);
             self.enqueue_split(leaf);
         }
-        let corners: Vec<SlotId> = leaves.iter().flat_map(|l| self.cache.topology.nodes[l.0].corners).collect();
-        self.enqueue_vertices(&corners);
+        let of_leaf = |leaf: &NodeId| {
+            let node = &self.cache.topology.nodes[leaf.0];
+            node.corners.into_iter().chain(node.inner.map(|inner| inner.slot))
+        };
+        let slots: Vec<SlotId> = leaves.iter().flat_map(of_leaf).collect();
+        self.enqueue_vertices(&slots);
     }
 
     /// Queues a leaf by its present key.
