@@ -151,27 +151,24 @@ impl Engine {
         }
     }
 
-    /// Queues those of the visible leaves anew whose corners have come to agree about lights that an audit left out; whether there are any.
-    pub(super) fn reopen_audits(&mut self) -> bool {
+    /// Queues those of the visible leaves anew whose corners have come to agree about lights that an audit left out.
+    pub(super) fn reopen_audits(&mut self) {
         let knows_more = |id: &NodeId| {
             let work = &self.cache.topology.nodes[id.0].work;
             let is_open = work.audited == self.generation && work.audit_open > 0;
             is_open && middle::open_lights(&self.cache, *id) < work.audit_open
         };
         let leaves: Vec<NodeId> = self.all_visible_leaves().into_iter().filter(knows_more).collect();
-        let mut any = false;
         for leaf in leaves {
             self.cache.topology.nodes[leaf.0].work.audited = 0;
             self.enqueue_audit(leaf);
             let work = &mut self.cache.topology.nodes[leaf.0].work;
             if work.audit_queued == self.generation {
                 work.audit_open = 0;
-                any = true;
             } else {
                 work.audited = self.generation;
             }
         }
-        any
     }
 
     /// Takes a leaf to be audited, if one is worth more than the next task or it is time for one.

@@ -287,6 +287,9 @@ impl Engine {
                 break;
             }
         }
+        if self.is_idle() {
+            self.look_again();
+        }
         self.publish()
     }
 

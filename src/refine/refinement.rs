@@ -167,15 +167,20 @@ impl Engine {
         while self.queue.is_empty() && self.tolerance > self.options.tolerance {
             self.step_down();
         }
-        !self.queue.is_empty() || self.reopen_audits()
+        !self.queue.is_empty()
+    }
+
+    /// Queues what there is to do after all: what was not worth it when it was last looked at may be, by what is known of the image now.
+    pub(super) fn look_again(&mut self) {
+        self.reopen_audits();
+        let leaves = self.all_visible_leaves();
+        self.enqueue_leaves(&leaves);
     }
 
     /// Halves the tolerance and queues what that leaves to do.
     fn step_down(&mut self) {
         self.tolerance = (self.tolerance * 0.5).max(self.options.tolerance);
-        self.reopen_audits();
-        let leaves = self.all_visible_leaves();
-        self.enqueue_leaves(&leaves);
+        self.look_again();
         self.survey_indirect();
     }
 
