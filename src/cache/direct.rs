@@ -336,7 +336,7 @@ impl Left {
         // One ray for a delta light, four for an area light: two is near enough for a key.
         self.settle += if known.origin == Origin::Deferred { 2 } else { 0 };
         self.double += if is_doubled(light, known) { known.points } else { 0 };
-        self.partial += u32::from(known.is_partial());
+        self.partial += if known.is_partial() { known.points } else { 0 };
     }
 }
 

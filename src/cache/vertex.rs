@@ -69,7 +69,7 @@ pub struct Left {
     pub settle: u32,
     /// To double the points of lights that are partly visible.
     pub double: u32,
-    /// Lights that are partly visible.
+    /// Points taken of lights that are partly visible.
     pub partial: u32,
 }
 

@@ -235,6 +235,9 @@ impl Judge<'_> {
     /// What shows of a sampled vertex in leaves of the mesh of indirect light that it is no corner of: it lies on an edge of theirs, which
     /// neighbours have refined, and they are drawn through it.
     fn hanging_reach(&self, id: VertexId) -> f32 {
+        if self.cache.inner_slot(id).is_some() {
+            return 0.0;
+        }
         let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.leaves_of(slot));
         let share = |leaf: LeafId| {
             let node = self.cache.leaves[leaf.0].node;

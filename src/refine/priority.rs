@@ -324,8 +324,8 @@ impl Judge<'_> {
     }
 
     /// Points of lights' penumbrae that a new vertex between the corners of a node takes: half of what those have.
-    fn points_between(&self, node: &Node) -> f32 {
-        let points = |slot: SlotId| self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.left.double;
+    pub(super) fn points_between(&self, node: &Node) -> f32 {
+        let points = |slot: SlotId| self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.left.partial;
         node.corners.map(points).iter().sum::<u32>() as f32 / (2.0 * 3.0)
     }
 

@@ -16,6 +16,8 @@ use rustc_hash::FxHashSet;
 const VISITS_A_RUN: usize = 512;
 /// Tasks a run: few, so that each is chosen knowing what the ones before found.
 const TASKS_A_RUN: usize = 64;
+/// Rays of direct light a run, about: a view that changes waits for no more, and no worker for another.
+const DIRECT_RAYS_A_RUN: f32 = 65536.0;
 /// A task whose key has fallen below this share of what it was queued with goes back into the queue.
 const STALE: f32 = 0.8;
 /// Rounds in which contradicted inferences are traced.
@@ -72,7 +74,11 @@ impl Engine {
     /// Does the tasks that pay most; `false` if nothing is left.
     pub(super) fn refine(&mut self) -> bool {
         let (mut direct, mut indirect) = (Batch::default(), IndirectWork::default());
-        while direct.tasks() + indirect.tasks() < TASKS_A_RUN && indirect.rays < GATHER_RAYS_A_RUN {
+        let mut rays = 0.0;
+        while direct.tasks() + indirect.tasks() < TASKS_A_RUN
+            && indirect.rays < GATHER_RAYS_A_RUN
+            && rays < DIRECT_RAYS_A_RUN
+        {
             if let Some(leaf) = self.next_audit() {
                 direct.audits.push(leaf);
                 continue;
@@ -85,6 +91,7 @@ impl Engine {
                 self.queue.push(key, entry.task, entry.version);
                 continue;
             }
+            rays += self.rays_of(entry.task);
             match entry.task {
                 Task::Split(node) => direct.splits.push(node),
                 Task::Inner(node) => direct.inner.push(node),
@@ -332,7 +339,6 @@ impl Engine {
                 work.pixels = parent.pixels * 0.25;
                 work.share = parent.share * 0.25;
                 work.generation = parent.generation;
-                work.surplus = surplus * CHILD;
             }
             self.hand_down_audit(f.node, f.first);
             let node = &mut self.cache.topology.nodes[f.node.0];
@@ -341,10 +347,10 @@ impl Engine {
         let mut nodes = self.nodes_around(slots);
         nodes.extend_from_slice(inner);
         nodes.extend(fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))));
+        nodes.retain(|node| self.cache.topology.nodes[node.0].child.is_none());
+        self.measure_around(&mut nodes);
         nodes.sort_unstable();
         nodes.dedup();
-        nodes.retain(|node| self.cache.topology.nodes[node.0].child.is_none());
-        self.measure_again(&nodes);
         self.look_between_corners(&nodes);
         for node in nodes {
             self.account(node);
@@ -353,17 +359,25 @@ impl Engine {
         self.gather_inside(inner);
     }
 
-    /// Measures what the parents of leaves were split for by what is known there now: the first look was a noisy one.
-    fn measure_again(&mut self, leaves: &[NodeId]) {
+    /// Measures what the parents of leaves were split for by what is known there now, since the first look was a noisy one, and adds
+    /// the leaves beside that are judged by it, too.
+    fn measure_around(&mut self, leaves: &mut Vec<NodeId>) {
         let parent = |leaf: &NodeId| self.cache.topology.nodes[leaf.0].parent;
         let mut parents: Vec<NodeId> = leaves.iter().filter_map(parent).collect();
         parents.sort_unstable();
         parents.dedup();
         for parent in parents {
-            let Some(middles) = self.middles(parent) else { continue };
-            let surplus = self.judge().surplus(parent, middles) * CHILD;
-            self.children(parent).iter().for_each(|child| self.cache.topology.nodes[child.0].work.surplus = surplus);
+            self.measure_direct(parent);
+            let is_leaf = |child: &NodeId| self.cache.topology.nodes[child.0].child.is_none();
+            leaves.extend(self.children(parent).into_iter().filter(is_leaf));
         }
+    }
+
+    /// Tells a split node's children its surplus of direct light.
+    pub(super) fn measure_direct(&mut self, parent: NodeId) {
+        let Some(middles) = self.middles(parent) else { return };
+        let surplus = self.judge().surplus(parent, middles) * CHILD;
+        self.children(parent).iter().for_each(|child| self.cache.topology.nodes[child.0].work.surplus = surplus);
     }
 
     /// Queues what is left to trace at the vertices of slots, whose triangles are drawn.
@@ -425,12 +439,12 @@ impl Engine {
     /// Rays that a vertex's task would take.
     fn rays_of(&self, task: Task) -> f32 {
         let left = |v: VertexId| self.cache.vertices[v.0].progress.left;
-        let rays = match task {
-            Task::Split(_) | Task::Inner(_) | Task::Gather(_) | Task::Refine(_) => 0,
-            Task::Settle(v) => left(v).settle,
-            Task::Double(v) => left(v).double,
-        };
-        rays as f32
+        match task {
+            Task::Gather(_) | Task::Refine(_) => 0.0,
+            Task::Split(id) | Task::Inner(id) => self.judge().points_between(&self.cache.topology.nodes[id.0]),
+            Task::Settle(v) => left(v).settle as f32,
+            Task::Double(v) => left(v).double as f32,
+        }
     }
 
     fn slots_of_all(&self, vertices: &[VertexId]) -> Vec<SlotId> {

@@ -53,12 +53,7 @@ impl Engine {
     /// Measures the surpluses of direct light of all split nodes again.
     fn measure_surpluses(&mut self) {
         for id in (0..self.cache.topology.nodes.end()).map(NodeId) {
-            let Some(first) = self.cache.topology.nodes[id.0].child else { continue };
-            let middles = self.cache.topology.nodes[first.0 + 3].corners;
-            let surplus = self.judge().surplus(id, middles) / 16.0;
-            for child in first.0..first.0 + 4 {
-                self.cache.topology.nodes[child].work.surplus = surplus;
-            }
+            self.measure_direct(id);
         }
     }
 
