@@ -106,6 +106,28 @@ fn values_beyond_half_range_are_scaled() {
     });
 }
 
+/// A store may round either way; what is stored must be the nearest 16-bit float all the same.
+#[test]
+fn luminances_are_rounded_to_nearest() {
+    with_renderer(|renderer| {
+        let mut scene = empty_scene();
+        add_quad(&mut scene, Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 2.0, Vec3::Y * 2.0, 0, 1.0);
+        let visible = show(renderer, &scene, 16, 16);
+        let mut off = 0.0;
+        for i in 0..40 {
+            let value = 0.5 + 0.5 * noise(i);
+            let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::splat(value), specular: Vec3::ZERO };
+            renderer.apply(&base_update(&scene, faces(&visible), i > 0, light)).unwrap();
+            renderer.frame(&FULL).unwrap();
+            let error = renderer.read_layers().unwrap().d[8 * 16 + 8][0] - value;
+            // From 0.5 to 1 they lie 2^-11 apart.
+            assert!(error.abs() < 0.51 / 2048.0, "{error} for {value}");
+            off += error * 2048.0 / 40.0;
+        }
+        assert!(off.abs() < 0.15, "{off} steps in the mean");
+    });
+}
+
 /// Share of pixels whose D differs.
 fn differing(a: &Layers, b: &Layers) -> f32 {
     let differs = |(a, b): (&[f32; 3], &[f32; 3])| a.iter().zip(b).any(|(a, b)| (a - b).abs() > 4e-3 * b.abs() + 1e-3);

@@ -3,8 +3,8 @@
 
 mod by_hand;
 
-use by_hand::{Mirror, drawn, engine_with, front, light, material, options, patch};
-use glam::{DVec3, Vec2, Vec3};
+use by_hand::{Mirror, drawn, engine_with, front, interpolated, light, material, options, patch};
+use glam::{Vec2, Vec3};
 use penombre::math::sequence::Sequence;
 use penombre::refine::engine::{Budget, Visible};
 use penombre::refine::options::Options;
@@ -57,20 +57,10 @@ fn square_error(triangles: &[[Slot; 3]]) -> f64 {
         let x = Vec3::new(p.x, 0.0, p.y);
         let shown = triangles.iter().find_map(|t| interpolated(t, x)).expect("on the floor");
         let exact = f64::from(exact(x));
-        square += (f64::from(shown) - exact).powi(2);
+        square += (f64::from(shown.x) - exact).powi(2);
         mean += exact;
     }
     square / f64::from(points) / (mean / f64::from(points)).powi(2)
-}
-
-/// D of a triangle at a point, if that lies in it.
-fn interpolated(corners: &[Slot; 3], x: Vec3) -> Option<f32> {
-    let [a, b, c] = corners.map(|s| s.position.as_dvec3());
-    let n = (b - a).cross(c - a);
-    let w = |p: DVec3, q: DVec3| (q - p).cross(x.as_dvec3() - p).dot(n) / n.length_squared();
-    let weights = [w(b, c), w(c, a), w(a, b)];
-    let sum = || (0..3).map(|i| corners[i].diffuse.x * weights[i] as f32).sum();
-    weights.iter().all(|w| *w >= -1e-6).then(sum)
 }
 
 /// Relative errors after each of these numbers of rays.

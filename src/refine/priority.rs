@@ -185,14 +185,12 @@ impl Judge<'_> {
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let (highlight, surprise) = (self.highlight(id), self.surprise(id));
         // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
-        let smoothness = if contrast > HARD_CONTRAST {
-            CHILD
-        } else if self.spans_a_kink(node) {
-            CHILD / KINKED_CHILD
-        } else {
-            1.0
+        let of_parent = match contrast {
+            c if c > HARD_CONTRAST => 1.0,
+            _ if self.spans_a_kink(node) => KINKED_CHILD,
+            _ => CHILD,
         };
-        let surplus = node.work.surplus.max(hanging.surplus * CHILD) / smoothness;
+        let surplus = (node.work.surplus / CHILD).max(hanging.surplus) * of_parent;
         let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
             + self.unmeasured_edge(id, contrast) * mean.powi(2)

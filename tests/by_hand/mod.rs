@@ -107,17 +107,20 @@ impl Mirror {
 
     /// D at a point of a face, as the rasteriser interpolates it.
     pub fn diffuse_at(&self, face: FaceId, x: Vec3) -> Option<Vec3> {
-        self.triangles(face).iter().find_map(|t| {
-            let [a, b, c] = t.map(|s| s.position.as_dvec3());
-            let n = (b - a).cross(c - a);
-            let w = |p: DVec3, q: DVec3| (q - p).cross(x.as_dvec3() - p).dot(n) / n.length_squared();
-            let weights = [w(b, c), w(c, a), w(a, b)];
-            weights.iter().all(|w| *w >= -1e-6).then(|| {
-                let each = |f: &dyn Fn(&Slot) -> Vec3| (0..3).map(|i| f(&t[i]) * weights[i] as f32).sum::<Vec3>();
-                each(&|s| s.diffuse * s.weight) / each(&|s| Vec3::splat(s.weight)).x
-            })
-        })
+        self.triangles(face).iter().find_map(|t| interpolated(t, x))
     }
+}
+
+/// D of a triangle at a point of its plane, as the rasteriser interpolates it, if that lies in it.
+pub fn interpolated(t: &[Slot; 3], x: Vec3) -> Option<Vec3> {
+    let [a, b, c] = t.map(|s| s.position.as_dvec3());
+    let n = (b - a).cross(c - a);
+    let w = |p: DVec3, q: DVec3| (q - p).cross(x.as_dvec3() - p).dot(n) / n.length_squared();
+    let weights = [w(b, c), w(c, a), w(a, b)];
+    weights.iter().all(|w| *w >= -1e-6).then(|| {
+        let each = |f: &dyn Fn(&Slot) -> Vec3| (0..3).map(|i| f(&t[i]) * weights[i] as f32).sum::<Vec3>();
+        each(&|s| s.diffuse * s.weight) / each(&|s| Vec3::splat(s.weight)).x
+    })
 }
 
 /// No refinement: light at base vertices, penumbrae to the end.
