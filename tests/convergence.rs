@@ -44,22 +44,25 @@ fn both_curves_are_those_of_the_other_commands() {
     assert!((number(&found, "own_relmse") / number(&two, "own_relmse") - 1.0).abs() < 1e-5);
     let a_pass = number(&found["path_tracer"], "cpu_seconds_a_pass");
     assert!((number(&tracer[1], "cpu_seconds") / (2.0 * a_pass) - 1.0).abs() < 1e-9);
+    // How far either comes in the time depends on the machine: past the reference's noise nothing can be compared.
+    let noise = number(&found, "own_relmse");
+    let clears = |point: &&Value| number(point, "relmse") > 4.0 * noise;
     // Error times time is constant, or falls a little: samples are stratified.
     let product = |point: &Value| number(point, "relmse") * number(point, "cpu_seconds");
-    let (first, last) = (product(&tracer[0]), product(tracer.last().unwrap()));
+    let (first, last) = (product(&tracer[0]), product(tracer.iter().rfind(clears).unwrap()));
     assert!(tracer.len() > 4 && (0.2..1.5).contains(&(last / first)), "{first} {last}");
 
-    // The engine's first point is the picture of its first batch; the last is near that of a run of as many rays.
+    // The last of the engine's points that stands clear of the reference's noise is near a run of as many rays.
     assert!(engine.windows(2).all(|pair| number(&pair[0], "cpu_seconds") < number(&pair[1], "cpu_seconds")));
     assert!(engine.iter().all(|point| point["flip"].is_null()), "a part of the pixels");
     let last = engine.last().unwrap();
     assert!(number(last, "cpu_seconds") >= 0.4 && number(last, "relmse") < 0.3 * number(&engine[0], "relmse"));
-    let rays = number(last, "rays");
-    let options = format!("--size 96x72 --no-filter --deterministic --seed 7 --rays {rays} -q -o image.exr");
+    let clear = engine.iter().rfind(clears).unwrap();
+    let options = format!("--size 96x72 --no-filter --deterministic --seed 7 --rays {} -q -o image.exr", clear["rays"]);
     stdout(folder.path(), &format!("render {{cornell}} {options}"));
     let image = json(folder.path(), "diff image.exr ref.exr --json");
     let net = number(&image, "relmse") - number(&image, "own_relmse");
-    assert!((0.5..2.0).contains(&(number(last, "relmse") / net)), "{last} {net}");
+    assert!((0.5..2.0).contains(&(number(clear, "relmse") / net)), "{clear} {net}");
 
     for target in found["targets"].as_array().unwrap() {
         let (ours, theirs) = (&target["engine_cpu_seconds"], number(target, "path_tracer_cpu_seconds"));
