@@ -6,7 +6,6 @@
 use super::dynamic::Cache;
 use super::topology::NodeId;
 use super::vertex::VertexId;
-use crate::estimate::visibility::Visibility;
 use crate::shade::light_mesh::Emitter;
 use crate::shade::world::{Site, World};
 use smallvec::SmallVec;
@@ -41,6 +40,7 @@ pub fn surprise(
     rays: &mut u64,
 ) -> Surprise {
     let site = cache.inner_vertex(id, weights).site();
+    let corners = cache.drawn_vertices(id);
     let strength = |(light, emitter): (usize, Emitter<'_>)| {
         emitter.strength(site.position, site.normal) * world.lights.mesh_factor(light).max_element()
     };
@@ -48,7 +48,7 @@ pub fn surprise(
     let weak = WEAK * strengths.iter().sum::<f32>();
     let mut surprise = Surprise::default();
     for (light, &strength) in strengths.iter().enumerate().filter(|(_, strength)| **strength > weak) {
-        match agreed(cache, light, id) {
+        match agreed(cache, light, &corners) {
             Some(visible) => {
                 let share = disagreement(world, &site, (light, visible), turn, rays);
                 surprise.luminance += strength * share / PI;
@@ -63,7 +63,8 @@ pub fn surprise(
 /// Lights of which the corners of a node do not know the same: nothing is asked about them.
 #[must_use]
 pub fn open_lights(cache: &Cache, id: NodeId) -> u32 {
-    (0..cache.layers.len()).filter(|&light| agreed(cache, light, id).is_none()).count() as u32
+    let corners = cache.drawn_vertices(id);
+    (0..cache.layers.len()).filter(|&light| agreed(cache, light, &corners).is_none()).count() as u32
 }
 
 /// Share of a light that is visible though it should not be, or hidden though it should be visible.
@@ -85,11 +86,13 @@ fn disagreement(world: &World<'_>, site: &Site, (light, visible): (usize, bool),
 }
 
 /// Whether a light is visible, if all corners of a node know and agree.
-fn agreed(cache: &Cache, light: usize, id: NodeId) -> Option<bool> {
-    let known = |v: &VertexId| cache.layers[light].visibility.get(v.0);
-    let corners: SmallVec<[Visibility; 6]> = cache.drawn_vertices(id).iter().map(known).collect();
-    let first = corners[0].fraction();
-    let settled = corners.iter().all(|corner| corner.is_settled());
-    let agree = settled && corners.iter().all(|c| c.fraction() == first) && (first == 0.0 || first == 1.0);
-    agree.then_some(first == 1.0)
+fn agreed(cache: &Cache, light: usize, corners: &[VertexId]) -> Option<bool> {
+    let visibility = &cache.layers[light].visibility;
+    let told = |corner: &VertexId| {
+        let known = visibility.get(corner.0);
+        let whole = known.fraction() == 0.0 || known.fraction() == 1.0;
+        (known.is_settled() && whole).then(|| known.fraction() == 1.0)
+    };
+    let first = told(&corners[0])?;
+    corners[1..].iter().all(|corner| told(corner) == Some(first)).then_some(first)
 }

@@ -60,8 +60,8 @@ pub struct Audits {
 struct Found {
     odd: OddPixels,
     pixels: u32,
-    /// Whether lights were left out since the corners do not agree about them.
-    open: bool,
+    /// Lights of which the corners do not know the same, if any was left out for that.
+    open: u32,
     /// Whether to ask again would tell more.
     more: bool,
 }
@@ -224,8 +224,7 @@ impl Engine {
             self.audits.odds.note(sum / found.pixels as f32);
         }
         self.cache.topology.nodes[node.0].work.audited = self.generation;
-        let open = if found.open { middle::open_lights(&self.cache, node) } else { 0 };
-        self.note_odd(node, found.odd, open);
+        self.note_odd(node, found.odd, found.open);
         self.account(node);
         self.enqueue_split(node);
     }
@@ -262,15 +261,18 @@ impl Engine {
 
 /// Asks the pixels of a leaf.
 fn ask(world: &World<'_>, cache: &Cache, (view, node): (&View, NodeId), turn: u32, rays: &mut u64) -> Found {
-    let mut found = Found::default();
+    let (mut found, mut is_open) = (Found::default(), false);
     for pixel in pixels_of(view, cache.corner_positions(node)).unwrap_or_default() {
         let Surprise { luminance, open, more } = middle::surprise(world, cache, (node, pixel.weights), turn, rays);
         found.pixels += 1;
-        found.open |= open;
+        is_open |= open;
         found.more |= more;
         if luminance > 0.0 {
             found.odd.push(Odd { ray: pixel.ray, surprise: luminance });
         }
+    }
+    if is_open {
+        found.open = middle::open_lights(cache, node);
     }
     found
 }

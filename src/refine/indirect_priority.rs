@@ -235,7 +235,10 @@ impl Judge<'_> {
     /// What shows of a sampled vertex in leaves of the mesh of indirect light that it is no corner of: it lies on an edge of theirs, which
     /// neighbours have refined, and they are drawn through it.
     fn hanging_reach(&self, id: VertexId) -> f32 {
-        if self.cache.inner_slot(id).is_some() {
+        let first = self.cache.vertices[id.0].first_slot;
+        // Base vertices are corners wherever they are drawn.
+        let is_midpoint = first.is_some_and(|slot| !self.cache.slots[slot.0].is_base());
+        if !is_midpoint || self.cache.inner_slot(id).is_some() {
             return 0.0;
         }
         let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.leaves_of(slot));

@@ -133,10 +133,10 @@ impl Engine {
         let mut slots = self.slots_of_all(&changed);
         slots.extend(kept);
         slots.extend(fresh.iter().flat_map(|f| f.middles).filter(|s| !self.cache.slots[s.0].direct.known));
+        self.confirm(&fresh, &mut slots);
         slots.sort_unstable();
         slots.dedup();
         self.evaluate(&slots);
-        self.confirm(&fresh, &mut slots);
         self.settle_accounts(&fresh, &slots, &inner);
         self.audit(&audits);
         if self.hidden.has_risen() {
@@ -265,11 +265,13 @@ impl Engine {
     }
 
     /// Traces what was inferred where a neighbour in a new leaf says otherwise: a light's mesh may only stay coarse where
-    /// it shows no discontinuity.
+    /// it shows no discontinuity. Adds the slots of what was traced.
     fn confirm(&mut self, fresh: &[Fresh], slots: &mut Vec<SlotId>) {
-        let mut nodes: Vec<NodeId> = fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))).collect();
-        nodes.extend(self.nodes_around(slots));
+        // New leaves are not drawn yet.
+        let fresh: Vec<NodeId> = fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))).collect();
+        let mut around = self.nodes_around(slots);
         for _ in 0..CONFIRM_ROUNDS {
+            let nodes = [fresh.as_slice(), around.as_slice()].concat();
             let jobs = self.contradictions(&nodes);
             if jobs.is_empty() {
                 return;
@@ -279,8 +281,7 @@ impl Engine {
             vertices.sort_unstable();
             vertices.dedup();
             let changed = self.slots_of_all(&vertices);
-            self.evaluate(&changed);
-            nodes.extend(self.nodes_around(&changed));
+            around = self.nodes_around(&changed);
             slots.extend(changed);
         }
     }
