@@ -52,7 +52,7 @@ impl Engine {
     pub(super) fn refresh_predictions_in_time(&mut self) {
         let waiting = self.cache.waiting_predictions();
         // A prediction costs about as much as a ray.
-        let cost = (waiting + self.base.len()) as u64;
+        let cost = 4 * (waiting + self.base.len()) as u64;
         if waiting > 0 && self.stats.rays - self.predicted_at >= cost {
             self.spread_reach();
             self.refresh_predictions();
