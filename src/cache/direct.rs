@@ -76,8 +76,10 @@ pub struct Results {
     pub rays: u64,
 }
 
-/// Standard error of the light guessed on a first visit, against all that is expected.
+/// Standard error of the light guessed on a first visit, against all that is expected, and lights that are worth it: fewer cost
+/// less to trace than to come back for.
 const DEFERRED_ERROR: f32 = 0.05;
+const DEFERRED_LIGHTS: usize = 8;
 /// Points of an area light that tell full and no visibility, and those that tell how much in between: of a light that makes
 /// up most of what can arrive, and of any other, which adds no more noise then.
 const FIRST_POINTS: u32 = 4;
@@ -153,9 +155,10 @@ fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, ou
     let mut expected: f32 = open.iter().map(|o| o.strength * o.odds).sum();
     let mut left: f32 = open.iter().map(Open::variance).sum();
     open.sort_unstable_by(|a, b| b.variance().total_cmp(&a.variance()).then(a.light.cmp(&b.light)));
+    let many = open.iter().filter(|o| o.strength > 0.0).count() >= DEFERRED_LIGHTS;
     for light in open {
         let (at_stake, Open { light, strength, odds }) = (light.variance(), light);
-        if strength == 0.0 || left <= (DEFERRED_ERROR * expected).powi(2) {
+        if strength == 0.0 || (many && left <= (DEFERRED_ERROR * expected).powi(2)) {
             let visibility = Visibility::taken_over(Origin::Deferred, odds);
             out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
             continue;
