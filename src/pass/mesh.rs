@@ -6,24 +6,25 @@ use crate::error::{Error, Result};
 use crate::refine::update::{LeafId, Patch, Update};
 use crate::vk::Device;
 use glam::Vec3;
+use std::collections::VecDeque;
 use std::ops::Range;
 
-/// No batch.
-const NEVER: u32 = u32::MAX;
+/// Share of a frame's leaves that is kept for new values while new triangles wait.
+const VALUES_SHARE: usize = 4;
 
 /// Where a leaf stands.
 #[derive(Clone, Copy)]
 struct LeafState {
     /// Whether it is part of the mesh.
     drawn: bool,
-    /// Serial of the batch that draws it anew.
-    new_in: u32,
-    /// Serial of the batch that draws its new values.
-    values_in: u32,
+    /// Serial of the batch that will draw it for the first time.
+    new_in: Option<u32>,
+    /// Whether its new values wait.
+    waits: bool,
 }
 
 impl LeafState {
-    const NONE: Self = Self { drawn: false, new_in: NEVER, values_in: NEVER };
+    const NONE: Self = Self { drawn: false, new_in: None, waits: false };
 }
 
 /// A patch whose triangles change.
@@ -40,7 +41,7 @@ pub(super) struct PendingPatch {
 /// Patches that can be drawn together: none draws over what another of them must find. Values come first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
-    /// Leaves of patches with `old == new`: same triangles, other values.
+    /// Leaves of patches with `old == new`, whose triangles stay: of the first batch of a frame only.
     pub values: Vec<u32>,
     /// Leaves of all other patches.
     pub new: Vec<u32>,
@@ -56,22 +57,16 @@ impl Batch {
         (self.values.len() + self.patches.len()) as u32
     }
 
-    fn leaves(&self) -> usize {
-        self.values.len() + self.new.len()
-    }
-
-    /// Splits off the first leaves, about `budget` of them, whole patches only.
+    /// Splits off the first new leaves, about `budget` of them, whole patches only.
     fn split_off_front(&mut self, budget: usize) -> Self {
-        let values = self.values.drain(..budget.min(self.values.len())).collect::<Vec<_>>();
-        let left = budget - values.len();
-        let count = self.patches.partition_point(|patch| patch.new.end <= left);
+        let count = self.patches.partition_point(|patch| patch.new.end <= budget);
         let patches: Vec<_> = self.patches.drain(..count).collect();
         let leaves = patches.last().map_or(0, |patch| patch.new.end);
         for patch in &mut self.patches {
             patch.new = patch.new.start - leaves..patch.new.end - leaves;
         }
         let new = self.new.drain(..leaves).collect();
-        Self { values, new, patches, first_sequence: self.first_sequence }
+        Self { values: Vec::new(), new, patches, first_sequence: self.first_sequence }
     }
 }
 
@@ -80,7 +75,10 @@ pub(super) struct LuminanceMesh {
     pub slots: Mirror<GpuSlot>,
     pub leaves: Mirror<GpuLeaf>,
     states: Vec<LeafState>,
+    /// New triangles that wait, in their order.
     batches: Vec<Batch>,
+    /// Leaves on the images whose new values wait: they do not keep triangles, and the count of their pixels, waiting.
+    values: VecDeque<u32>,
     /// Serial of the last batch.
     serial: u32,
     /// Number of the last update.
@@ -98,6 +96,7 @@ impl LuminanceMesh {
             leaves: Mirror::new(device, "leaves")?,
             states: Vec::new(),
             batches: Vec::new(),
+            values: VecDeque::new(),
             serial: 0,
             sequence: 0,
             max_value: 0.0,
@@ -107,10 +106,10 @@ impl LuminanceMesh {
 
     /// Forgets which leaves are drawn; slots and leaves stay.
     pub(super) fn reset(&mut self) {
+        self.drop_pending();
         self.states.fill(LeafState::NONE);
         self.needs_full = true;
         self.max_value = 0.0;
-        self.drop_pending();
     }
 
     /// The leaves that make up the mesh, in ascending order.
@@ -137,12 +136,12 @@ impl LuminanceMesh {
     }
 
     pub(super) fn has_pending(&self) -> bool {
-        self.batches.iter().any(|batch| batch.leaves() > 0)
+        !self.values.is_empty() || self.batches.iter().any(|batch| !batch.new.is_empty())
     }
 
-    /// The last update of which nothing waits.
+    /// The last update of which no new triangle waits.
     pub(super) fn drawn_sequence(&self) -> u64 {
-        let waiting = self.batches.iter().find(|batch| batch.leaves() > 0);
+        let waiting = self.batches.iter().find(|batch| !batch.new.is_empty());
         waiting.map_or(self.sequence, |batch| batch.first_sequence.saturating_sub(1))
     }
 
@@ -151,10 +150,26 @@ impl LuminanceMesh {
         self.leaves.get(leaf).slots.map(|s| self.slots.get(s).position)
     }
 
-    /// What has waited longest, about `budget` leaves of it; a draw follows.
+    /// What has waited longest, about `budget` leaves of it, triangles before values; a draw follows.
     pub(super) fn take_pending(&mut self, budget: usize) -> Vec<Batch> {
+        let kept = self.values.len().min(budget / VALUES_SHARE);
+        let mut taken = self.take_batches(budget - kept);
+        let new: usize = taken.iter().map(|batch| batch.new.len()).sum();
+        let values = self.take_values(budget.saturating_sub(new));
+        for leaf in taken.iter().flat_map(|batch| &batch.new) {
+            self.states[*leaf as usize].new_in = None;
+        }
+        match taken.first_mut() {
+            Some(batch) => batch.values = values,
+            None => taken.push(Batch { values, ..Batch::default() }),
+        }
+        taken
+    }
+
+    /// The first batches that wait, about `budget` leaves of them.
+    fn take_batches(&mut self, budget: usize) -> Vec<Batch> {
         let mut left = budget;
-        let whole = self.batches.iter().take_while(|batch| match left.checked_sub(batch.leaves()) {
+        let whole = self.batches.iter().take_while(|batch| match left.checked_sub(batch.new.len()) {
             Some(rest) => {
                 left = rest;
                 true
@@ -167,7 +182,7 @@ impl LuminanceMesh {
             Some(batch) => {
                 let part = batch.split_off_front(left);
                 // A patch larger than all there is room for goes alone.
-                let first = batch.patches.first().filter(|_| part.leaves() == 0 && taken.is_empty());
+                let first = batch.patches.first().filter(|_| part.new.is_empty() && taken.is_empty());
                 let alone = first.map(|patch| patch.new.end);
                 taken.push(alone.map_or(part, |leaves| batch.split_off_front(leaves)));
                 // What is drawn of the last batch may change again: later changes wait in another.
@@ -178,10 +193,33 @@ impl LuminanceMesh {
         taken
     }
 
+    /// The first leaves whose values wait, at most `budget`. Those that are no longer part of the mesh, or whose turn to be drawn is
+    /// still to come, are dropped.
+    fn take_values(&mut self, budget: usize) -> Vec<u32> {
+        let mut taken = Vec::with_capacity(budget.min(self.values.len()));
+        while let Some(leaf) = self.values.front().copied().filter(|_| taken.len() < budget) {
+            self.values.pop_front();
+            let state = &mut self.states[leaf as usize];
+            state.waits = false;
+            if state.drawn && state.new_in.is_none() {
+                taken.push(leaf);
+            }
+        }
+        taken
+    }
+
     /// Forgets what waits.
     fn drop_pending(&mut self) -> u32 {
         self.serial += 1;
-        self.batches.drain(..).map(|batch| batch.patches()).sum()
+        let mut patches = self.values.len();
+        for leaf in self.values.drain(..) {
+            self.states[leaf as usize].waits = false;
+        }
+        for batch in self.batches.drain(..) {
+            patches += batch.patches.len();
+            batch.new.into_iter().for_each(|leaf| self.states[leaf as usize].new_in = None);
+        }
+        patches as u32
     }
 
     /// A full draw follows; returns the number of patches that it spares.
@@ -225,9 +263,7 @@ impl LuminanceMesh {
 
     fn define(&mut self, id: u32, leaf: GpuLeaf) {
         let known = self.leaves.get(id);
-        let first_batch = self.serial + 1 - self.batches.len() as u32;
-        let new_in = self.state(id).new_in;
-        if leaf != known && new_in != NEVER && new_in >= first_batch && self.has_pending() {
+        if leaf != known && self.state(id).new_in.is_some() {
             // The leaf was recycled before it was drawn: its batch can no longer be.
             self.needs_full = true;
         }
@@ -248,16 +284,12 @@ impl LuminanceMesh {
         self.batches.push(Batch { first_sequence: self.sequence, ..Batch::default() });
     }
 
-    /// The values of a leaf changed, its triangle did not.
+    /// The values of a leaf changed, its triangle did not. One that is still to be drawn will have them.
     fn refresh(&mut self, leaf: u32) {
-        self.batch();
-        let serial = self.serial;
         let state = self.state(leaf);
-        if !state.drawn || state.new_in == serial || state.values_in == serial {
-            return;
+        if state.drawn && state.new_in.is_none() && !std::mem::replace(&mut state.waits, true) {
+            self.values.push_back(leaf);
         }
-        state.values_in = serial;
-        self.batch().values.push(leaf);
     }
 
     /// Other triangles cover a region.
@@ -265,7 +297,7 @@ impl LuminanceMesh {
         self.batch();
         let gone = leaf_ids(update, &patch.old)?;
         let serial = self.serial;
-        if gone.iter().any(|l| self.state(l.0).new_in == serial) {
+        if gone.iter().any(|l| self.state(l.0).new_in == Some(serial)) {
             // What it marks is drawn only by this batch.
             self.start_batch();
         }
@@ -274,7 +306,7 @@ impl LuminanceMesh {
         let new = leaf_ids(update, &patch.new)?;
         for leaf in new {
             let state = self.state(leaf.0);
-            (state.drawn, state.new_in) = (true, serial);
+            (state.drawn, state.new_in) = (true, Some(serial));
         }
         let batch = self.batch();
         let start = batch.new.len();

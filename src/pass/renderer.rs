@@ -346,7 +346,7 @@ impl Renderer {
         self.mesh.has_pending()
     }
 
-    /// Number of the last update that the images show completely.
+    /// Number of the last update whose triangles are all on the images; new values of some may wait.
     #[must_use]
     pub fn drawn_sequence(&self) -> u64 {
         self.mesh.drawn_sequence()

@@ -6,6 +6,11 @@ use crate::cache::dynamic::SlotId;
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 
+/// Rays that are traced for each prediction brought up to date in the long run: oftener cost more than it told.
+const RAYS_A_PREDICTION: u64 = 4;
+/// Times after which it is done more seldom.
+const ALIKE: u64 = 2;
+
 impl Engine {
     /// Takes the visible base vertices that are not yet in the order into it.
     pub(super) fn place_above(&mut self) {
@@ -51,8 +56,9 @@ impl Engine {
     /// Brings predictions up to date where enough rays were traced for that to cost little beside them.
     pub(super) fn refresh_predictions_in_time(&mut self) {
         let waiting = self.cache.waiting_predictions();
-        // A prediction costs about as much as a ray.
-        let cost = 4 * (waiting + self.base.len()) as u64;
+        // A prediction costs about as much as a ray. The first are rough, and soon replaced; later ones change little.
+        let share = (1 + self.predicted / ALIKE).min(RAYS_A_PREDICTION);
+        let cost = share * (waiting + self.base.len()) as u64;
         if waiting > 0 && self.stats.rays - self.predicted_at >= cost {
             self.spread_reach();
             self.refresh_predictions();
@@ -61,7 +67,7 @@ impl Engine {
 
     /// Brings predictions up to date, with all that hangs on them.
     pub(super) fn refresh_predictions(&mut self) {
-        self.predicted_at = self.stats.rays;
+        (self.predicted_at, self.predicted) = (self.stats.rays, self.predicted + 1);
         let written = self.cache.refresh_predictions(self.eye);
         let mut leaves: Vec<NodeId> = self.nodes_around(&written);
         leaves.iter_mut().for_each(|leaf| *leaf = self.cache.topology.indirect_leaf(*leaf));

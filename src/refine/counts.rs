@@ -52,10 +52,9 @@ impl Engine {
         let due = if counted.complete { self.published.due_for_count(counted.sequence) } else { self.listed(pixels) };
         let mut by_node: FxHashMap<NodeId, NodePixels> =
             due.into_iter().map(|id| (id, NodePixels::default())).collect();
-        for leaf in pixels {
-            let is_new = !counted.complete || self.published.is_uncounted(leaf.leaf, counted.sequence);
-            let node = self.cache.leaves[leaf.leaf.0].node;
-            if let Some(found) = by_node.get_mut(&node).filter(|_| is_new) {
+        let is_new = |leaf: &&LeafPixels| !counted.complete || self.published.is_uncounted(leaf.leaf, counted.sequence);
+        for leaf in pixels.iter().filter(is_new) {
+            if let Some(found) = by_node.get_mut(&self.cache.leaves[leaf.leaf.0].node) {
                 found.add(leaf);
             }
         }

@@ -93,6 +93,8 @@ pub struct Engine {
     pub(super) predicting: Vec<VertexId>,
     /// Rays traced when the predictions were last brought up to date.
     pub(super) predicted_at: u64,
+    /// How often since indirect light was surveyed.
+    pub(super) predicted: u64,
     /// What leaves have turned out to hide.
     pub(super) hidden: HiddenShadows,
     /// What pixels of leaves have turned out to show.
@@ -131,6 +133,7 @@ impl Engine {
             base: Vec::new(),
             predicting: Vec::new(),
             predicted_at: 0,
+            predicted: 0,
             hidden: HiddenShadows::default(),
             born: thread_nanoseconds(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),

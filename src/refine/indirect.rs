@@ -82,6 +82,7 @@ impl Engine {
         corners.into_iter().for_each(|v| self.enqueue_gather(v));
         self.gather_inside(&self.all_visible_leaves());
         self.refresh_predictions();
+        self.predicted = 0;
     }
 
     /// Traces a batch's gathers and draws the consequences.
