@@ -15,7 +15,7 @@ use rustc_hash::FxHashSet;
 /// Base vertices a run: enough to be worth handing out, few enough to keep the frame loop served.
 const VISITS_A_RUN: usize = 512;
 /// Tasks a run: few, so that each is chosen knowing what the ones before found.
-const TASKS_A_RUN: usize = 128;
+const TASKS_A_RUN: usize = 64;
 /// Rays of direct light a run, about: a view that changes waits for no more, and no worker for another.
 const DIRECT_RAYS_A_RUN: f32 = 65536.0;
 /// A task whose key has fallen below this share of what it was queued with goes back into the queue.
