@@ -224,6 +224,28 @@ fn what_waits_for_later_frames_is_drawn_in_order() {
     });
 }
 
+/// The pixels of new triangles can be counted as soon as those are drawn, whatever values have changed before.
+#[test]
+fn new_values_do_not_keep_new_triangles_waiting() {
+    with_renderer(|renderer| {
+        for mode in MODES {
+            let scene = terrain(48);
+            let visible = faces(&show(renderer, &scene, 240, 240));
+            let mut mesh = Splitter::new(&scene, &visible);
+            renderer.reset_leaves();
+            let base = base_update(&scene, visible.iter().copied(), false, |_, p| mesh.slot(p));
+            renderer.apply(&Update { sequence: 1, ..base }).unwrap();
+            renderer.apply(&Update { sequence: 2, ..mesh.split(1.0) }).unwrap();
+            renderer.frame(&FULL).unwrap();
+            renderer.apply(&Update { sequence: 3, ..mesh.change(1.0) }).unwrap();
+            renderer.apply(&Update { sequence: 4, ..mesh.split(0.05) }).unwrap();
+            renderer.frame(&patches(mode)).unwrap();
+            assert!(renderer.has_pending() && renderer.drawn_sequence() == 4, "{mode:?}");
+            compare_with_full(renderer, mode, "values that waited");
+        }
+    });
+}
+
 #[test]
 fn modes_can_be_changed_between_frames() {
     with_renderer(|renderer| {
