@@ -213,7 +213,7 @@ impl Judge<'_> {
     fn unmeasured_edge(&self, id: NodeId, contrast: f32) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
         let is_small_face = node.level == 0 && node.work.pixels <= SMALL_FACE;
-        if is_small_face && contrast > HARD_CONTRAST { UNMEASURED_EDGE * contrast * contrast } else { 0.0 }
+        if is_small_face && contrast > SHADOW_CONTRAST { UNMEASURED_EDGE * contrast * contrast } else { 0.0 }
     }
 
     /// What the midpoints that finer neighbours put on a leaf's edges say against its corners.
