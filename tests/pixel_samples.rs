@@ -17,6 +17,8 @@ use std::collections::HashMap;
 use std::f32::consts::PI;
 
 const LIGHT: Vec3 = Vec3::new(0.3, 1.5, -0.2);
+/// A second lamp's place.
+const FILL: Vec3 = Vec3::new(-3.0, 1.2, 0.0);
 const SIZE: ImageSize = ImageSize { width: 64, height: 64 };
 
 /// A floor of one square under a point light, with a tilted blocker between them.
@@ -156,24 +158,31 @@ fn shadow_edges_are_right_to_the_pixel() {
     assert!(wrong > 0.004, "{wrong}");
 }
 
-/// A fine mesh: what its corners show across a shadow's edge is not believed, since nothing was measured between them.
+/// A fine mesh: what its corners show across a shadow's edge is not believed, since nothing was measured between them, though another
+/// lamp may light what is in the shadow of the first.
 #[test]
 fn faces_of_a_pixel_are_sampled_where_the_shadow_crosses_them() {
-    let (scene, floor) = scene_of(14);
-    let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
-    let view = view(&scene, 0.0);
-    let mut engine = engine_with(scene.clone(), 1, counting(1));
-    let mut mirror = Mirror::default();
-    let visible = faces.iter().map(|&f| (f, 1)).collect();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, view: Some(view), faces: visible }));
-    while mirror.last.stats.rays < 1800 {
-        engine.counted(&count(&mirror, &faces, &view));
-        mirror.apply(engine.step(Budget::Rays(100)));
+    // 2.7 and 7.9 %; 12 %, as at the start, where the surplus of faces that were never split counts as 0, and 13 %, as at the start, with
+    // the second lamp where only edges of more contrast than the 0.2 that it leaves are doubted.
+    for (fill, rays, most) in [(0.0, 1800, 0.06), (25.0, 7000, 0.1)] {
+        let (mut scene, floor) = scene_of(14);
+        if fill > 0.0 {
+            light(&mut scene, LightKind::Point { position: FILL, intensity: Vec3::splat(fill) });
+        }
+        let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
+        let view = view(&scene, 0.0);
+        let mut engine = engine_with(scene.clone(), 1, counting(1));
+        let mut mirror = Mirror::default();
+        let visible = faces.iter().map(|&f| (f, 1)).collect();
+        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, view: Some(view), faces: visible }));
+        while mirror.last.stats.rays < rays {
+            engine.counted(&count(&mirror, &faces, &view));
+            mirror.apply(engine.step(Budget::Rays(100)));
+        }
+        let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
+        println!("{:.1} % of the pixels wrong", wrong * 100.0);
+        assert!(wrong < most, "{wrong} with {fill}");
     }
-    let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
-    println!("{:.1} % of the pixels wrong", wrong * 100.0);
-    // 2.7 %; 12 %, as at the start, where the surplus of faces that were never split counts as 0.
-    assert!(wrong < 0.06, "{wrong}");
 }
 
 /// The floor under a swarm of specks, each of which casts a shadow of about a pixel, in so much light of each of two lamps.
