@@ -59,7 +59,14 @@ impl Engine {
         // A prediction costs about as much as a ray. The first are rough, and soon replaced; later ones change little.
         let share = (1 + self.predicted / ALIKE).min(RAYS_A_PREDICTION);
         let cost = share * (waiting + self.base.len()) as u64;
-        if waiting > 0 && self.stats.rays - self.predicted_at >= cost {
+        if self.stats.rays - self.predicted_at >= cost {
+            self.refresh_waiting_predictions();
+        }
+    }
+
+    /// Brings predictions up to date if any waits for that.
+    pub(super) fn refresh_waiting_predictions(&mut self) {
+        if self.cache.waiting_predictions() > 0 {
             self.spread_reach();
             self.refresh_predictions();
         }

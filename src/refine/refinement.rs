@@ -180,6 +180,7 @@ impl Engine {
     /// Queues what there is to do after all: what was not worth it when it was last looked at may be, by what is known of the image now.
     pub(super) fn look_again(&mut self) {
         self.reopen_audits();
+        self.refresh_waiting_predictions();
         let leaves = self.all_visible_leaves();
         self.enqueue_leaves(&leaves);
     }
@@ -267,8 +268,11 @@ impl Engine {
     /// Traces what was inferred where a neighbour in a new leaf says otherwise: a light's mesh may only stay coarse where
     /// it shows no discontinuity. Adds the slots of what was traced.
     fn confirm(&mut self, fresh: &[Fresh], slots: &mut Vec<SlotId>) {
-        // New leaves are not drawn yet.
-        let fresh: Vec<NodeId> = fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i))).collect();
+        // New leaves are not drawn yet, nor their neighbours with the new midpoints.
+        let beside = |f: &Fresh| self.cache.topology.nodes[f.node.0].edges.map(|edge| self.cache.topology.beside(edge));
+        let neighbours = fresh.iter().flat_map(beside).flatten();
+        let children = fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i)));
+        let fresh: Vec<NodeId> = children.chain(neighbours).collect();
         let mut around = self.nodes_around(slots);
         for _ in 0..CONFIRM_ROUNDS {
             let nodes = [fresh.as_slice(), around.as_slice()].concat();
