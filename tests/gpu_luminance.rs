@@ -191,20 +191,27 @@ fn patches_give_what_a_full_redraw_gives() {
     });
 }
 
+/// A terrain with its base triangles as update 1, not drawn yet.
+fn show_terrain(renderer: &mut Renderer) -> Splitter {
+    let scene = terrain(48);
+    let visible = faces(&show(renderer, &scene, 240, 240));
+    let mesh = Splitter::new(&scene, &visible);
+    renderer.reset_leaves();
+    let base = base_update(&scene, visible.iter().copied(), false, |_, p| mesh.slot(p));
+    renderer.apply(&Update { sequence: 1, ..base }).unwrap();
+    mesh
+}
+
 #[test]
 fn what_waits_for_later_frames_is_drawn_in_order() {
     with_renderer(|renderer| {
         for mode in MODES {
-            let scene = terrain(48);
-            let visible = faces(&show(renderer, &scene, 240, 240));
-            let mut mesh = Splitter::new(&scene, &visible);
-            renderer.reset_leaves();
-            let mut sequence = 1;
+            let mut mesh = show_terrain(renderer);
+            let mut sequence = 2;
             let mut send = |renderer: &mut Renderer, update: Update| {
                 renderer.apply(&Update { sequence, ..update }).unwrap();
                 sequence += 1;
             };
-            send(renderer, base_update(&scene, visible.iter().copied(), false, |_, p| mesh.slot(p)));
             renderer.frame(&FULL).unwrap();
             assert_eq!(renderer.drawn_sequence(), 1);
             // Four times as many leaves as a frame draws; then changes to those drawn already and to those that wait.
@@ -229,12 +236,7 @@ fn what_waits_for_later_frames_is_drawn_in_order() {
 fn new_values_do_not_keep_new_triangles_waiting() {
     with_renderer(|renderer| {
         for mode in MODES {
-            let scene = terrain(48);
-            let visible = faces(&show(renderer, &scene, 240, 240));
-            let mut mesh = Splitter::new(&scene, &visible);
-            renderer.reset_leaves();
-            let base = base_update(&scene, visible.iter().copied(), false, |_, p| mesh.slot(p));
-            renderer.apply(&Update { sequence: 1, ..base }).unwrap();
+            let mut mesh = show_terrain(renderer);
             renderer.apply(&Update { sequence: 2, ..mesh.split(1.0) }).unwrap();
             renderer.frame(&FULL).unwrap();
             renderer.apply(&Update { sequence: 3, ..mesh.change(1.0) }).unwrap();

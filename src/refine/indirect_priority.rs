@@ -209,8 +209,7 @@ impl Judge<'_> {
         let vertex = &self.cache.vertices[id.0];
         let rays = self.cache.indirect.rays(id);
         // A covered midpoint takes over what is known around; of a base vertex something must be known.
-        let is_midpoint = vertex.first_slot.is_some_and(|slot| !self.cache.slots[slot.0].is_base());
-        let is_done = vertex.progress.covered && !vertex.progress.enclosed && (rays > 0 || is_midpoint);
+        let is_done = vertex.progress.covered && !vertex.progress.enclosed && (rays > 0 || !self.is_base(id));
         if rays >= MAX_RAYS || is_done {
             return 0.0;
         }
@@ -232,13 +231,16 @@ impl Judge<'_> {
         reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
     }
 
+    /// Whether a vertex is a corner of the scene's triangles.
+    fn is_base(&self, id: VertexId) -> bool {
+        self.cache.vertices[id.0].first_slot.is_none_or(|slot| self.cache.slots[slot.0].is_base())
+    }
+
     /// What shows of a sampled vertex in leaves of the mesh of indirect light that it is no corner of: it lies on an edge of theirs, which
     /// neighbours have refined, and they are drawn through it.
     fn hanging_reach(&self, id: VertexId) -> f32 {
-        let first = self.cache.vertices[id.0].first_slot;
         // Base vertices are corners wherever they are drawn.
-        let is_midpoint = first.is_some_and(|slot| !self.cache.slots[slot.0].is_base());
-        if !is_midpoint || self.cache.inner_slot(id).is_some() {
+        if self.is_base(id) || self.cache.inner_slot(id).is_some() {
             return 0.0;
         }
         let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.leaves_of(slot));

@@ -268,14 +268,14 @@ impl Engine {
     /// Traces what was inferred where a neighbour in a new leaf says otherwise: a light's mesh may only stay coarse where
     /// it shows no discontinuity. Adds the slots of what was traced.
     fn confirm(&mut self, fresh: &[Fresh], slots: &mut Vec<SlotId>) {
-        // New leaves are not drawn yet, nor their neighbours with the new midpoints.
+        // Not found by their triangles: new leaves are not drawn yet, nor their neighbours with the new midpoints.
         let beside = |f: &Fresh| self.cache.topology.nodes[f.node.0].edges.map(|edge| self.cache.topology.beside(edge));
         let neighbours = fresh.iter().flat_map(beside).flatten();
         let children = fresh.iter().flat_map(|f| (0..4).map(|i| NodeId(f.first.0 + i)));
-        let fresh: Vec<NodeId> = children.chain(neighbours).collect();
+        let undrawn: Vec<NodeId> = children.chain(neighbours).collect();
         let mut around = self.nodes_around(slots);
         for _ in 0..CONFIRM_ROUNDS {
-            let nodes = [fresh.as_slice(), around.as_slice()].concat();
+            let nodes = [undrawn.as_slice(), around.as_slice()].concat();
             let jobs = self.contradictions(&nodes);
             if jobs.is_empty() {
                 return;
