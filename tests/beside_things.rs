@@ -89,7 +89,7 @@ fn reference(scene: &Scene, bvh: &Bvh, view: &View, factors: &[Vec3]) -> Vec<f32
     let mut on = factors.iter().map(|&factor| factor == Vec3::ONE);
     scene.lights.retain(|_| on.next() == Some(true));
     let lights = Lights::new(&scene);
-    let world = World::new(&scene, bvh, &lights, 3, scene.diagonal());
+    let world = World::new(&scene, bvh, &lights, 3, scene.scale());
     let settings = Settings { filter: Filter::Point, transport: Transport::Full, strategy: Strategy::Both };
     let mut accumulator = Accumulator::new(view);
     (0..600).for_each(|_| assert!(accumulator.pass(&world, view, settings, || false).finished));
@@ -118,7 +118,7 @@ fn what_lies_on_the_floor_does_not_light_the_pixels_beside_it() {
     let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
     let (position, look_at) = (Vec3::new(0.1, 2.0, 0.2), Vec3::new(0.1, 0.0, 0.21));
     let camera = Camera { position, look_at, up: Vec3::Z, vertical_fov: 50.0 };
-    let (view, bvh) = (View::new(&camera, SIZE, scene.diagonal()), Bvh::build(&scene));
+    let (view, bvh) = (scene.view(&camera, SIZE), Bvh::build(&scene));
     let pixels = pixels_of_the_floor(&scene, &bvh, &view, &faces);
     let options = Options { min_pixels: 3.0, shadow_size: 0.2, counted: true, ..bounces(5) };
     let mut engine = engine_with(scene.clone(), 2, options);

@@ -6,7 +6,7 @@ mod binary;
 use binary::{has_device, penombre, run, stderr};
 use exr::prelude::{FlatSamples, read_all_flat_layers_from_file};
 use glam::{Vec2, Vec3};
-use penombre::scene::camera::{ImageSize, View};
+use penombre::scene::camera::ImageSize;
 use penombre::scene::footprint::Footprint;
 use penombre::scene::{FaceId, load};
 use std::collections::BTreeMap;
@@ -315,7 +315,7 @@ fn the_kd_layer_is_what_reference_filters() {
     let [r, g, b] = ["kd.R", "kd.G", "kd.B"].map(|name| values(&channels[name]));
     let FlatSamples::U32(ids) = &channels["face.id"] else { panic!("face.id is not unsigned") };
     let scene = load::load(&folder.path().join("a.toml")).unwrap().scene;
-    let view = View::new(&scene.cameras[0].camera, ImageSize { width: 96, height: 72 }, scene.diagonal());
+    let view = scene.view(&scene.cameras[0].camera, ImageSize { width: 96, height: 72 });
     let (mut seen, mut off) = (0, 0);
     for (i, &id) in ids.iter().enumerate().filter(|&(_, &id)| id != 0) {
         let triangle = FaceId(id - 1).triangle();

@@ -46,7 +46,7 @@ fn provenance() -> Provenance {
         up: Vec3::Y,
         vertical_fov: 90.0,
     };
-    Provenance { comments: "penombre render a.toml --seed 1".into(), camera: Some(camera) }
+    Provenance { comments: "penombre render a.toml --seed 1".into(), camera: Some(camera), origin: glam::DVec3::ZERO }
 }
 
 fn at(folder: &tempfile::TempDir, name: &str) -> PathBuf {

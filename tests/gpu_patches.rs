@@ -12,7 +12,7 @@ use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
 use penombre::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
-use penombre::scene::camera::{Camera, ImageSize, View};
+use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::collections::HashMap;
@@ -69,7 +69,7 @@ struct Differences {
 impl Twins {
     fn new(device: &Arc<penombre::vk::Device>, scene: &Scene, (eye, look_at): (Vec3, Vec3)) -> Self {
         let camera = Camera { position: eye, look_at, up: Vec3::Y, vertical_fov: 45.0 };
-        let view = View::new(&camera, SIZE, scene.diagonal());
+        let view = scene.view(&camera, SIZE);
         let options = Options {
             indirect: false,
             filter: true,

@@ -207,7 +207,7 @@ fn rounds_are_unbiased() {
     for (first, rays) in [(0, 1), (0, 16), (16, 16), (32, 32), (100, 17)] {
         let estimates: Vec<f64> = (0..2000)
             .map(|seed| {
-                let world = World::new(&scene, &bvh, &lights, seed, scene.diagonal());
+                let world = World::new(&scene, &bvh, &lights, seed, scene.scale());
                 let mut out = Gathered::default();
                 let vertex = cache.slots[slot.0].vertex;
                 gather(&world, cache, GatherJob { vertex, first, rays, method: Method::Stratified }, &mut out);

@@ -39,7 +39,7 @@ struct Picture {
 impl Picture {
     fn new(scene: &Scene, side: u32, options: Options, rays: u64) -> Self {
         let bvh = Bvh::build(scene);
-        let view = View::new(&scene.cameras[0].camera, ImageSize { width: side, height: side }, scene.diagonal());
+        let view = scene.view(&scene.cameras[0].camera, ImageSize { width: side, height: side });
         let mut pixels: HashMap<FaceId, u32> = HashMap::new();
         for (x, y) in (0..side * 4).flat_map(|y| (0..side * 4).map(move |x| (x, y))) {
             // A sixteenth of a pixel each: as if the picture were four times as large.
@@ -100,7 +100,7 @@ fn the_picture_is_the_path_tracers() {
     let scene = cornell();
     let picture = Picture::new(&scene, side, Options { shadow_size: 10.0, ..bounces(11) }, 3_000_000);
     let lights = Lights::new(&scene);
-    let world = World::new(&scene, &picture.bvh, &lights, 12, scene.diagonal());
+    let world = World::new(&scene, &picture.bvh, &lights, 12, scene.scale());
     let settings = Settings { filter: Filter::Point, transport: Transport::Full, strategy: Strategy::Both };
     let mut accumulator = Accumulator::new(&picture.view);
     (0..passes).for_each(|_| assert!(accumulator.pass(&world, &picture.view, settings, || false).finished));

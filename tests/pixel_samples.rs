@@ -44,7 +44,7 @@ fn view(scene: &Scene, shift: f32) -> View {
         up: Vec3::Z,
         vertical_fov: 40.0,
     };
-    View::new(&camera, SIZE, scene.diagonal())
+    scene.view(&camera, SIZE)
 }
 
 /// The floor's point under each pixel.

@@ -8,6 +8,7 @@ use penombre::geom::Ray;
 use penombre::geom::bvh::{Bvh, closest_by_brute_force};
 use penombre::math::sequence::Sequence;
 use penombre::scene::Scene;
+use penombre::scene::coplanar::Coplanar;
 use penombre::scene::material::MaterialId;
 use penombre::scene::texture::{Texture, TextureId};
 
@@ -113,6 +114,7 @@ fn triangles_back_to_back_are_met_from_their_fronts() {
                 scene.uvs.push([Vec2::ZERO; 3]);
                 scene.triangle_materials.push(MaterialId(second));
             }
+            scene.coplanar = Coplanar::find(&scene);
             let bvh = Bvh::build(&scene);
             let point = corners[0] * 0.5 + corners[1] * 0.3 + corners[2] * 0.2;
             let normal = scene.geometric_normal(penombre::scene::TriangleId(0));

@@ -8,7 +8,7 @@ use by_hand::{light, material, patch};
 use glam::Vec3;
 use penombre::geom::bvh::Bvh;
 use penombre::reference::{Accumulator, Filter, ReferenceImage, Settings, Strategy, Transport, random_pixels};
-use penombre::scene::camera::{Camera, ImageSize, View};
+use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::light::LightKind;
 use penombre::scene::{Scene, load};
 use penombre::shade::lights::Lights;
@@ -27,8 +27,8 @@ fn camera(position: Vec3, look_at: Vec3, vertical_fov: f32) -> Camera {
 
 fn render(scene: &Scene, camera: &Camera, settings: Settings, passes: u32, seed: u64) -> ReferenceImage {
     let (bvh, lights) = (Bvh::build(scene), Lights::new(scene));
-    let world = World::new(scene, &bvh, &lights, seed, scene.diagonal());
-    let view = View::new(camera, ImageSize { width: 16, height: 16 }, scene.diagonal());
+    let world = World::new(scene, &bvh, &lights, seed, scene.scale());
+    let view = scene.view(camera, ImageSize { width: 16, height: 16 });
     let mut accumulator = Accumulator::new(&view);
     for _ in 0..passes {
         assert!(accumulator.pass(&world, &view, settings, || false).finished);
@@ -342,8 +342,8 @@ fn a_part_of_the_pixels_is_the_same_part_of_the_image() {
     let all = render(&scene, &camera, FULL, 4, 10);
     assert!(all.sampled.is_none());
     let (bvh, lights) = (Bvh::build(&scene), Lights::new(&scene));
-    let world = World::new(&scene, &bvh, &lights, 10, scene.diagonal());
-    let view = View::new(&camera, ImageSize { width: 16, height: 16 }, scene.diagonal());
+    let world = World::new(&scene, &bvh, &lights, 10, scene.scale());
+    let view = scene.view(&camera, ImageSize { width: 16, height: 16 });
     let chosen = random_pixels(view.size, 50);
     let mean = |pixels: &mut dyn Iterator<Item = usize>, n: f32| pixels.map(|i| all.mean[i].x).sum::<f32>() / n;
     let (of_all, of_part) = (mean(&mut (0..256), 256.0), mean(&mut chosen.iter().map(|&i| i as usize), 50.0));

@@ -2,7 +2,7 @@
 
 #![allow(clippy::expect_used, reason = "a test may end where its files cannot be written")]
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use penombre::error::Error;
 use penombre::scene::camera_path::load_camera_path;
 use penombre::scene::light::LightKind;
@@ -351,10 +351,10 @@ fn camera_paths_are_read_and_refused() {
         ),
         ("bad.toml", b"[[kee]]\ntime = 0\n"),
     ]);
-    let path = load_camera_path(&files.path("good.toml")).expect("a camera path");
+    let path = load_camera_path(&files.path("good.toml"), DVec3::ZERO).expect("a camera path");
     assert_eq!((path.keys.len(), path.duration()), (2, 2.0));
     assert_eq!((path.edits[0].power, path.edits[0].on, path.edits[0].colour), (Some(0.5), Some(false), None));
-    let Err(Error::Input(report)) = load_camera_path(&files.path("bad.toml")) else { panic!("accepted") };
+    let Err(Error::Input(report)) = load_camera_path(&files.path("bad.toml"), DVec3::ZERO) else { panic!("accepted") };
     assert_eq!(report.faults.len(), 2, "{report:?}");
     assert!(report.faults[1].message.contains("did you mean key?"), "{report:?}");
 }

@@ -176,7 +176,7 @@ fn random_camera_paths_never_break_the_loader() -> Result<(), TestCaseError> {
         let directory = tempfile::tempdir().map_err(|e| TestCaseError::fail(e.to_string()))?;
         let path = directory.path().join("p.toml");
         std::fs::write(&path, text).map_err(|e| TestCaseError::fail(e.to_string()))?;
-        match load_camera_path(&path) {
+        match load_camera_path(&path, glam::DVec3::ZERO) {
             Ok(camera_path) => prop_assert!(!camera_path.keys.is_empty()),
             Err(Error::Input(report)) => prop_assert!(report.has_errors()),
             Err(other) => return Err(TestCaseError::fail(other.to_string())),

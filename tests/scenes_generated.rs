@@ -181,7 +181,8 @@ fn the_library_is_closed_and_wound_outwards() {
 
 #[test]
 fn the_walk_stays_in_the_hall() {
-    let path = load_camera_path(&committed().join("moonlit_library/walk.toml")).expect("the path loads");
+    let path =
+        load_camera_path(&committed().join("moonlit_library/walk.toml"), glam::DVec3::ZERO).expect("the path loads");
     let scene = scene("moonlit_library/moonlit_library.toml");
     let bvh = Bvh::build(&scene);
     let base = scene.cameras[0].camera;

@@ -19,6 +19,14 @@ struct DrawnTriangle {
     uint id;
 };
 
+// A face whose distance is that of a plane: points p with normal . p = offset.
+struct CoplanarFace {
+    vec3 normal;
+    float offset;
+    uint face;
+    float towards; // 1 where the face looks along the normal, else -1
+};
+
 // Texture indices, or NONE. Reflectances are linear, ke is radiance in W/sr/m2.
 struct Material {
     vec3 kd;
@@ -67,6 +75,7 @@ struct LookupRoot {
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Positions { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Triangles { Triangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawnTriangles { DrawnTriangle at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CoplanarFaces { CoplanarFace at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials { Material at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Textures { Texture at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Texels { uint at[]; };
@@ -82,6 +91,7 @@ struct Frame {
     Positions positions;
     Triangles triangles;
     DrawnTriangles drawn;
+    CoplanarFaces coplanar;
     Materials materials;
     Textures textures;
     Texels texels;
@@ -106,6 +116,7 @@ struct Frame {
     uint tone_mapping;     // scene::ToneMapping
     uint emits_back;       // whether emissive triangles emit on both sides
     float filter_width;    // of the square that textures are filtered over, pixels
+    vec2 depth_of_inverse;  // depth is x / distance along the view + y
     float background_depth; // farther than any leaf, nearer than nothing
     uint lookup_stamp;      // of the leaves to look up; 0 for all
 };

@@ -13,7 +13,7 @@ use smallvec::SmallVec;
 
 /// Spacings.
 pub const LEVELS: usize = 3;
-/// The widest spacing against the scene's diagonal.
+/// The widest spacing against the scene's scale.
 const WIDEST: f32 = 1.0 / 24.0;
 /// Ratio of one spacing to the next.
 const RATIO: f32 = 3.0;
@@ -152,7 +152,7 @@ impl Cache {
     }
 
     fn spacing(&self, level: usize) -> f32 {
-        self.diagonal * WIDEST * RATIO.powi(-(level as i32))
+        self.scale * WIDEST * RATIO.powi(-(level as i32))
     }
 
     fn cell(&self, level: usize, position: Vec3) -> IVec3 {

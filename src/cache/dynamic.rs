@@ -175,7 +175,7 @@ pub struct Cache {
     pub leaves: Pool<LeafRecord>,
     names: FxHashMap<VertexName, VertexId>,
     roots: FxHashMap<FaceId, NodeId>,
-    pub(super) diagonal: f32,
+    pub(super) scale: f32,
 }
 
 /// What a split created.
@@ -191,11 +191,11 @@ impl Cache {
     /// An empty cache for a scene with `lights` light meshes.
     #[must_use]
     pub fn new(scene: &Scene, lights: usize) -> Self {
-        let diagonal = scene.diagonal();
-        let radiance = RadianceGrid::new(scene.bounds().map_or(Vec3::ZERO, |(low, _)| low), diagonal);
-        let odds = Odds::new(lights, diagonal);
+        let scale = scene.scale();
+        let radiance = RadianceGrid::new(scene.bounds().map_or(Vec3::ZERO, |(low, _)| low), scene.diagonal());
+        let odds = Odds::new(lights, scale);
         let penumbrae = Penumbrae::new(lights);
-        Self { layers: vec![Layer::default(); lights], odds, penumbrae, radiance, diagonal, ..Self::default() }
+        Self { layers: vec![Layer::default(); lights], odds, penumbrae, radiance, scale, ..Self::default() }
     }
 
     /// The root of `face`, created with its vertices on first demand.
@@ -231,7 +231,7 @@ impl Cache {
 
     /// Creates a vertex with the slots of all facets of its group, visible or not: its rays serve them all.
     fn add_base_vertex(&mut self, scene: &Scene, name: VertexName, group: &Group) -> VertexId {
-        let vertex = VertexId(self.vertices.insert(Vertex::base(scene, name, group, self.diagonal)));
+        let vertex = VertexId(self.vertices.insert(Vertex::base(scene, name, group, self.scale)));
         self.names.insert(name, vertex);
         for &facet in &group.facets {
             self.slot(vertex, slot_look(scene, name.position, facet, name.back));
@@ -275,7 +275,7 @@ impl Cache {
         for edge in edges {
             if self.topology.midpoint(edge).is_none() {
                 let [a, b] = self.topology.ends(edge).map(|end| &self.vertices[end.0]);
-                let vertex = VertexId(self.vertices.insert(Vertex::midpoint(a, b, self.diagonal)));
+                let vertex = VertexId(self.vertices.insert(Vertex::midpoint(a, b, self.scale)));
                 self.topology.set_midpoint(edge, vertex);
             }
         }

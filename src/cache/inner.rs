@@ -104,7 +104,7 @@ impl Cache {
     /// The vertex that there would be inside a leaf.
     pub(super) fn inner_vertex(&self, id: NodeId, weights: [f32; 3]) -> Vertex {
         let corners = self.corner_vertices(id).map(|v| &self.vertices[v.0]);
-        Vertex::inside(corners, weights, self.diagonal)
+        Vertex::inside(corners, weights, self.scale)
     }
 }
 

@@ -8,7 +8,7 @@ use super::vertex::Vertex;
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
 
-/// Edges of the cells against the scene's diagonal, coarse to fine.
+/// Edges of the cells against the scene's scale, coarse to fine.
 const CELLS: [f32; SIZES] = [1.0, 1.0 / 32.0, 1.0 / 128.0];
 const SIZES: usize = 3;
 /// What a larger cell's odds count beside a cell's own, in vertices.
@@ -41,12 +41,12 @@ pub struct Odds {
     /// By cell, then light.
     counts: Vec<Count>,
     lights: usize,
-    diagonal: f32,
+    scale: f32,
 }
 
 impl Odds {
-    pub(super) fn new(lights: usize, diagonal: f32) -> Self {
-        Self { lights, diagonal, ..Self::default() }
+    pub(super) fn new(lights: usize, scale: f32) -> Self {
+        Self { lights, scale, ..Self::default() }
     }
 
     /// The cells of a vertex, as far as anything was found in them.
@@ -94,7 +94,7 @@ impl Odds {
     }
 
     fn key(&self, size: usize, vertex: &Vertex) -> Key {
-        (size as u8, (vertex.position / (self.diagonal * CELLS[size])).floor().as_ivec3(), side(vertex.normal()))
+        (size as u8, (vertex.position / (self.scale * CELLS[size])).floor().as_ivec3(), side(vertex.normal()))
     }
 }
 

@@ -20,8 +20,8 @@ pub struct NodeId(pub u32);
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct EdgeId(pub u32);
 
-/// Nodes are split at most this often: midpoints of f32 positions stay apart.
-pub const MAX_LEVEL: u8 = 16;
+/// Nodes are split this often without asking whether midpoints of f32 positions stay apart.
+pub const SAFE_LEVEL: u8 = 16;
 
 /// A triangle of the hierarchy.
 #[derive(Clone, Debug)]

@@ -73,7 +73,7 @@ pub struct Left {
     pub partial: u32,
 }
 
-/// Steps are bounded by the scene's diagonal: large enough for f32 at that scale, small enough for thin parts.
+/// Steps against the scene's scale or, far out, the coordinates there: large enough for f32, small enough for thin parts.
 const LIFT: [f32; 2] = [4e-6, 4e-5];
 const INWARD: [f32; 2] = [1e-5, 1e-3];
 
@@ -87,6 +87,11 @@ const TILTED_STEP: f32 = 0.4;
 /// above the rounding of f32, and short of what a pixel shows to lie on it.
 const LIFT_INSIDE: f32 = 4e-6;
 
+/// What steps at a position are measured by.
+fn size_at(position: Vec3, scale: f32) -> f32 {
+    scale.max(position.abs().max_element())
+}
+
 /// A tangential step, shortened where it could lead behind a tilted facet.
 fn above_facets(step: f32, lift: f32, flat: bool) -> f32 {
     if flat { step } else { step.min(lift * TILTED_STEP) }
@@ -96,13 +101,14 @@ impl Vertex {
     /// A base vertex. Its rays start off the surface and a little towards the inside of its facets, so that a vertex on
     /// the edge of a wall sees what its surface sees and not the wall it touches (method 3, validity).
     #[must_use]
-    pub fn base(scene: &Scene, name: VertexName, group: &Group, diagonal: f32) -> Self {
+    pub fn base(scene: &Scene, name: VertexName, group: &Group, scale: f32) -> Self {
         let position = scene.positions[name.position as usize];
         let normal = if name.back { -group.normal } else { group.normal };
         let offset = group.centroid - position;
         let offset = offset - normal * offset.dot(normal);
-        let step = (group.size * 0.02).clamp(diagonal * INWARD[0], diagonal * INWARD[1]).min(offset.length() * 0.25);
-        let lift = (group.size * 0.01).clamp(diagonal * LIFT[0], diagonal * LIFT[1]);
+        let [inward, lift] = [INWARD, LIFT].map(|range| range.map(|share| share * size_at(position, scale)));
+        let step = (group.size * 0.02).clamp(inward[0], inward[1]).min(offset.length() * 0.25);
+        let lift = (group.size * 0.01).clamp(lift[0], lift[1]);
         let flat = group.facets.iter().all(|&f| scene.geometric_normal(f).dot(group.normal) > FLAT);
         let inward = offset.normalize_or_zero() * above_facets(step, lift, flat);
         Self { position, normal, inward, lift, flat, ..Self::unsampled(name.key(scene)) }
@@ -110,16 +116,17 @@ impl Vertex {
 
     /// The midpoint of the edge between two vertices, the same whichever comes first. Steps halve with the edge.
     #[must_use]
-    pub fn midpoint(a: &Self, b: &Self, diagonal: f32) -> Self {
+    pub fn midpoint(a: &Self, b: &Self, scale: f32) -> Self {
         let inward = (a.inward + b.inward) * 0.25;
         let normal = (a.normal + b.normal).normalize_or(a.normal);
         let inward = inward - normal * inward.dot(normal);
         let step = inward.length();
-        let least = (diagonal * INWARD[0]).min(step * 4.0);
-        let lift = ((a.lift + b.lift) * 0.25).max(diagonal * LIFT[0]);
+        let position = (a.position + b.position) * 0.5;
+        let size = size_at(position, scale);
+        let least = (size * INWARD[0]).min(step * 4.0);
+        let lift = ((a.lift + b.lift) * 0.25).max(size * LIFT[0]);
         // The facets between two flat vertices of one normal have that normal as well.
         let flat = a.flat && b.flat && a.normal.dot(b.normal) > FLAT;
-        let position = (a.position + b.position) * 0.5;
         let inward = inward.normalize_or_zero() * above_facets(step.max(least), lift, flat);
         let key = combine(a.key.min(b.key), a.key.max(b.key));
         Self { position, normal, inward, lift, flat, ..Self::unsampled(key) }
@@ -128,13 +135,13 @@ impl Vertex {
     /// A vertex inside a triangle whose corners are given, at the point of the given barycentric weights. Rays start straight
     /// above it.
     #[must_use]
-    pub fn inside(corners: [&Self; 3], weights: [f32; 3], diagonal: f32) -> Self {
+    pub fn inside(corners: [&Self; 3], weights: [f32; 3], scale: f32) -> Self {
         let [a, b, c] = corners.map(|corner| corner.position);
         let mean = |of: fn(&Self) -> Vec3| (0..3).map(|i| of(corners[i]) * weights[i]).sum::<Vec3>();
         let (position, side) = (mean(|v| v.position), mean(|v| v.normal));
         let facet = (b - a).cross(c - a).normalize_or(side.normalize_or(corners[0].normal));
         let normal = if facet.dot(side) < 0.0 { -facet } else { facet };
-        let lift = position.abs().max_element().max(diagonal * 0.1) * LIFT_INSIDE;
+        let lift = position.abs().max_element().max(scale * 0.1) * LIFT_INSIDE;
         let bits = position.to_array().map(|x| u64::from(x.to_bits()));
         let key = bits.into_iter().fold(corners[0].key, combine);
         Self { position, normal, lift, flat: true, ..Self::unsampled(key) }
@@ -164,6 +171,14 @@ impl Vertex {
             gathers: 0,
             queued: 0.0,
         }
+    }
+
+    /// Whether there is room for many positions between two vertices in single precision.
+    #[must_use]
+    pub fn is_apart_from(&self, other: &Self) -> bool {
+        const ROOM: f32 = 1.0 / (1 << 20) as f32;
+        let size = self.position.abs().max(other.position.abs()).max_element();
+        self.position.distance_squared(other.position) > (size * ROOM) * (size * ROOM)
     }
 
     /// Unit normal of its group, on its side.

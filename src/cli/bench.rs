@@ -43,7 +43,7 @@ pub fn run(args: &BenchArgs) -> Result<Outcome> {
     let view = scene::view(&loaded.scene, &camera, &scene_args);
     let pool = args.cpu.pool()?;
     let (bvh, lights) = (Bvh::build(&loaded.scene), Lights::new(&loaded.scene));
-    let world = World::new(&loaded.scene, &bvh, &lights, args.cpu.seed, loaded.scene.diagonal());
+    let world = World::new(&loaded.scene, &bvh, &lights, args.cpu.seed, loaded.scene.scale());
     let progress = progress(args.cpu.verbosity);
     let report = measure(&world, &view, &pool, &|what| {
         progress.set_message(what.to_owned());

@@ -66,7 +66,7 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     // The device's threads must not run beside the path tracer.
     drop(gpu);
     let (lights, pool) = (Lights::new(&scene), args.cpu.pool()?);
-    let world = World::new(&scene, &bvh, &lights, args.cpu.seed, scene.diagonal());
+    let world = World::new(&scene, &bvh, &lights, args.cpu.seed, scene.scale());
     let enough = targets().fold(f64::INFINITY, f64::min);
     let step = |what: &str| say(&progress, what);
     let tracer = path_tracer(&world, &view, settings(args), &truth, &pool, (enough, race.limit), &step);

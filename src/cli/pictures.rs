@@ -48,7 +48,7 @@ impl Pictures {
     /// What is wrong with the camera path, with its lines.
     pub fn new(args: &RenderArgs, scene: &Scene, camera: Camera) -> Result<Self> {
         let Some(file) = &args.camera_path else { return Ok(Self { camera, path: None, count: 1 }) };
-        let path = load_camera_path(file)?;
+        let path = load_camera_path(file, scene.origin)?;
         path.check_lights(file, &scene.lights)?;
         let count = match args.budget.frames {
             Some(count) => count,

@@ -24,7 +24,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
     let view = scene::view(&loaded.scene, &camera, &args.scene);
     let pool = args.cpu.pool()?;
     let accumulator = pool.install(|| accumulate(args, &loaded.scene, &view));
-    let provenance = Provenance { comments: args.image_options(), camera: Some(camera) };
+    let provenance = Provenance { comments: args.image_options(), camera: Some(camera), origin: loaded.scene.origin };
     write(args, &view, &accumulator, &provenance)?;
     Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
 }
@@ -33,7 +33,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
 fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
     let bvh = Bvh::build(scene);
     let lights = Lights::new(scene);
-    let world = World::new(scene, &bvh, &lights, args.cpu.seed, scene.diagonal());
+    let world = World::new(scene, &bvh, &lights, args.cpu.seed, scene.scale());
     let settings = settings(args);
     let mut accumulator = match args.pixels {
         Some(count) => Accumulator::over(view, random_pixels(view.size, count as usize)),

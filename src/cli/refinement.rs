@@ -20,7 +20,7 @@ pub fn options_of_compare(args: &CompareArgs, scene: &Scene) -> Options {
         min_pixels: 3.0,
         counted: true,
         contrast: 0.02,
-        shadow_size: scene.diagonal() * SHADOW_PIXELS / args.size.width.max(args.size.height) as f32,
+        shadow_size: scene.scale() * SHADOW_PIXELS / args.size.width.max(args.size.height) as f32,
         shadow_pixels: SHADOW_AREA,
         white: (-scene.display.exposure).exp2(),
         tolerance: TOLERANCE,

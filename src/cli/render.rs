@@ -36,6 +36,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     summary.times.load = Some(loading.elapsed().as_secs_f64());
     summary.warnings = report.lines(Severity::Warning);
     summary.stand_ins = report.lines(Severity::StandIn);
+    summary.origin = scene.origin.to_array();
     let camera = scene::camera(&scene, args.scene.camera.as_deref())?;
     let pictures = Pictures::new(args, &scene, camera)?;
     let display = args.output.display(&scene.display);
@@ -135,7 +136,13 @@ fn make(session: &mut Session<'_>, scene: &Scene, pictures: &Pictures, summary: 
     loop {
         let Aimed { picture, view, visible } = aimed;
         let by = session.draw(&mut run, &picture, visible)?;
-        let shot = Shot { view: &view, camera: picture.camera, display: session.display, levels: &session.levels };
+        let shot = Shot {
+            view: &view,
+            camera: picture.camera,
+            origin: scene.origin,
+            display: session.display,
+            levels: &session.levels,
+        };
         let still = stills::take(session.renderer, &shot, session.args.output.aa)?;
         let comments = session.args.image_options() + &picture.label();
         for path in &session.args.output.paths {

@@ -46,5 +46,5 @@ pub fn camera(scene: &Scene, name: Option<&str>) -> Result<Camera> {
 /// The view of a scene through one of its cameras.
 #[must_use]
 pub fn view(scene: &Scene, camera: &Camera, args: &SceneArgs) -> View {
-    View::new(camera, args.size, scene.diagonal())
+    scene.view(camera, args.size)
 }

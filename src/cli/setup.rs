@@ -154,7 +154,7 @@ impl EngineSetup {
             min_pixels: refinement.min_pixels,
             contrast: refinement.contrast,
             // What covers a few pixels where the whole scene fills the image; nearer to the eye, what does so there.
-            shadow_size: refinement.shadow_size.unwrap_or(scene.diagonal() * SHADOW_PIXELS / image),
+            shadow_size: refinement.shadow_size.unwrap_or(scene.scale() * SHADOW_PIXELS / image),
             shadow_pixels: refinement.shadow_size.map_or(SHADOW_AREA, |_| f32::INFINITY),
             white: (-display.exposure).exp2(),
             tolerance: TOLERANCE,

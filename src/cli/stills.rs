@@ -7,7 +7,7 @@ use crate::image::{FileFormat, png};
 use crate::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use crate::scene::Display;
 use crate::scene::camera::{Camera, View};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::path::Path;
 
 /// What an image shows.
@@ -16,6 +16,8 @@ pub struct Shot<'a> {
     pub view: &'a View,
     /// The camera that it comes from.
     pub camera: Camera,
+    /// The point of the scene's files that is the origin.
+    pub origin: DVec3,
     /// How it is displayed.
     pub display: Display,
     /// Level of each triangle by its id.
@@ -106,7 +108,8 @@ impl Still<'_> {
             face_id,
             level: &level,
         };
-        let provenance = Provenance { comments: comments.to_owned(), camera: Some(self.shot.camera) };
+        let provenance =
+            Provenance { comments: comments.to_owned(), camera: Some(self.shot.camera), origin: self.shot.origin };
         Ok(write_render(path, &layers, &provenance)?.warning())
     }
 }

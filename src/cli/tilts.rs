@@ -91,7 +91,7 @@ impl Anchor {
 
     /// How far the eye can go in a direction, at most `wanted`: nine tenths of the way to what is hit first.
     fn clearance(&self, scene: &Scene, bvh: &Bvh, direction: Vec3, wanted: f32) -> f32 {
-        let origin = self.point + self.normal * (scene.diagonal() * 1e-5);
+        let origin = self.point + self.normal * (scene.scale() * 1e-5);
         let ray = Ray { origin, direction, t_max: wanted / 0.9 };
         bvh.closest(scene, &ray).map_or(wanted, |hit| (0.9 * hit.t).min(wanted))
     }
@@ -115,7 +115,7 @@ fn plane(scene: &Scene, id: u32) -> Option<IVec3> {
 #[must_use]
 pub fn view(scene: &Scene, bvh: &Bvh, camera: &Camera, size: ImageSize, near: Option<f32>) -> View {
     const RAYS: u32 = 48;
-    let view = View::new(camera, size, scene.diagonal());
+    let view = scene.view(camera, size);
     let points =
         (0..RAYS).flat_map(|y| (0..RAYS).map(move |x| Vec2::new(x as f32 + 0.5, y as f32 + 0.5) / RAYS as f32));
     let extent = Vec2::new(size.width as f32, size.height as f32);

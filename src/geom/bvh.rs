@@ -1,6 +1,6 @@
 //! Bounding volume hierarchy over the scene's triangles: the only file that names `obvhs`.
 
-use super::coincident::{Twins, without_repeats};
+use super::sheets::{Sheets, without_repeats};
 use super::watertight::{Corners, Meeting, Shear};
 use super::{Hit, Ray};
 use crate::scene::{Scene, TriangleId};
@@ -20,19 +20,22 @@ use obvhs::triangle::Triangle;
 pub struct Bvh {
     tree: CwBvh,
     triangles: Vec<Corners>,
-    /// Scene triangle of each leaf triangle; the top bit marks a cut-out mask.
+    /// Scene triangle of each leaf triangle; the top bits mark a cut-out mask, and those in `sheets`.
     ids: Vec<u32>,
-    /// Triangles on whose back lies another one.
-    twins: Twins,
+    /// Leaf triangles whose distance is that of their plane.
+    sheets: Sheets,
     /// What scene coordinates are multiplied by: a power of two, so that nothing is rounded.
     scale: f32,
 }
 
 /// Diagonal of the scene in the hierarchy's own units, at least. obvhs 0.4 starts every ray 0.0001 units late: boxes nearer
 /// than that are missed, whatever the size of the scene. Here that is less than f32 resolves.
-const DIAGONAL: f32 = 65_536.0;
+/// A large one besides: there is room at the other end of f32, and scenes whose detail is a millionth of them.
+const DIAGONAL: f32 = 4_294_967_296.0;
 
 const MASKED: u32 = 1 << 31;
+const ON_SHEET: u32 = 1 << 30;
+const ID: u32 = ON_SHEET - 1;
 
 /// How much boxes are larger than what they hold, against the largest coordinate: several times the rounding of a box test, so
 /// that a ray through an edge that two boxes share misses neither.
@@ -62,7 +65,7 @@ impl Bvh {
     /// Builds the hierarchy of all triangles of `scene`.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
-        let (unique, twins) = without_repeats(scene);
+        let unique = without_repeats(scene);
         let scale = (DIAGONAL / scene.diagonal()).log2().ceil().clamp(-120.0, 120.0).exp2();
         let scaled = |id: TriangleId| scene.corners(id).map(|p| p * scale);
         let corners: Vec<Triangle> = unique
@@ -73,62 +76,94 @@ impl Bvh {
             })
             .collect();
         if corners.is_empty() {
-            return Self { tree: CwBvh::default(), triangles: Vec::new(), ids: Vec::new(), twins, scale };
+            let (tree, sheets) = (CwBvh::default(), Sheets::default());
+            return Self { tree, triangles: Vec::new(), ids: Vec::new(), sheets, scale };
         }
         let tree = build_tree(&corners);
         let triangles = tree.primitive_indices.iter().map(|&i| Corners::new(scaled(unique[i as usize]))).collect();
-        let flagged = |i: &u32| {
-            let id = unique[*i as usize];
-            if scene.material(id).map_d.is_some() { id.0 | MASKED } else { id.0 }
+        let of_leaf = || tree.primitive_indices.iter().map(|&i| unique[i as usize]);
+        let sheets = Sheets::new(&scene.coplanar, of_leaf(), scale);
+        let flag = |is: bool, bit: u32| if is { bit } else { 0 };
+        let flagged = |(leaf, id): (usize, TriangleId)| {
+            id.0 | flag(scene.material(id).map_d.is_some(), MASKED) | flag(sheets.has(leaf), ON_SHEET)
         };
-        let ids = tree.primitive_indices.iter().map(flagged).collect();
-        Self { tree, triangles, ids, twins, scale }
+        let ids = of_leaf().enumerate().map(flagged).collect();
+        Self { tree, triangles, ids, sheets, scale }
     }
 
     /// The closest opaque hit of `ray`, whichever side it comes from.
     #[must_use]
     pub fn closest(&self, scene: &Scene, ray: &Ray) -> Option<Hit> {
-        let mut record = RayHit::none();
-        let traced = self.to_obvhs(ray);
-        let sheared = Shear::new(ray.origin * self.scale, ray.direction);
-        let mut weights = [0.0; 2];
-        let found = self.tree.ray_traverse(traced, &mut record, |r, i| {
-            let Some(meeting) = self.intersect(scene, &sheared, r.tmax, i) else { return f32::INFINITY };
-            weights = [meeting.u, meeting.v];
-            meeting.t
+        let ray = self.scaled(ray);
+        let sheared = Shear::new(ray.origin, ray.direction);
+        let mut best: Option<Found> = None;
+        self.tree.ray_traverse(to_obvhs(&ray), &mut RayHit::none(), |r, i| {
+            let Some(found) = self.intersect(scene, (&ray, &sheared), r.tmax, i) else { return f32::INFINITY };
+            // Only triangles of one plane are at the same distance and ranked.
+            if best.is_none_or(|b| found.meeting.t < b.meeting.t || found.rank > b.rank) {
+                best = Some(found);
+            }
+            found.meeting.t
         });
-        found.then(|| {
-            let triangle = TriangleId(self.ids[record.primitive_id as usize] & !MASKED);
+        best.map(|Found { leaf, meeting: Meeting { t, u, v }, .. }| {
+            let triangle = TriangleId(self.ids[leaf] & ID);
             let back = scene.area_vector(triangle).dot(ray.direction) > 0.0;
-            let [u, v] = weights;
-            self.twins.facing(Hit { t: record.t / self.scale, triangle, u, v, back })
+            Hit { t: t / self.scale, triangle, u, v, back }
         })
     }
 
     /// Whether anything opaque lies on the segment.
     #[must_use]
     pub fn occluded(&self, scene: &Scene, ray: &Ray) -> bool {
-        let sheared = Shear::new(ray.origin * self.scale, ray.direction);
-        !self.tree.ray_traverse_miss(self.to_obvhs(ray), |r, i| {
-            self.intersect(scene, &sheared, r.tmax, i).map_or(f32::INFINITY, |meeting| meeting.t)
+        let ray = self.scaled(ray);
+        let sheared = Shear::new(ray.origin, ray.direction);
+        !self.tree.ray_traverse_miss(to_obvhs(&ray), |r, i| {
+            let found = self.intersect(scene, (&ray, &sheared), r.tmax, i);
+            found.filter(|found| found.meeting.t < r.tmax).map_or(f32::INFINITY, |found| found.meeting.t)
         })
     }
 
-    /// Where the ray meets leaf triangle `index` before `t_max`; `None` through a hole of its mask.
+    /// Where the ray meets leaf triangle `leaf` before `t_max`, or there where its plane decides; `None` through a hole of its mask.
     #[inline]
-    fn intersect(&self, scene: &Scene, ray: &Shear, t_max: f32, index: usize) -> Option<Meeting> {
-        let meeting = self.triangles[index].meet(ray, t_max)?;
-        let id = self.ids[index];
-        let is_hole = || !scene.is_opaque_at(TriangleId(id & !MASKED), meeting.u, meeting.v);
-        if id & MASKED != 0 && is_hole() { None } else { Some(meeting) }
+    fn intersect(&self, scene: &Scene, (ray, sheared): (&Ray, &Shear), t_max: f32, leaf: usize) -> Option<Found> {
+        let id = self.ids[leaf];
+        if id & (MASKED | ON_SHEET) == 0 {
+            return self.triangles[leaf].meet(sheared, t_max).map(|meeting| Found { leaf, meeting, rank: 0 });
+        }
+        let found = if id & ON_SHEET == 0 {
+            Found { leaf, meeting: self.triangles[leaf].meet(sheared, t_max)?, rank: 0 }
+        } else {
+            let plane = self.sheets.meet(ray, leaf).filter(|plane| plane.t <= t_max)?;
+            // Within rounding of the plane, which is before the end of the ray or behind its origin for all that is known.
+            let meeting = self.triangles[leaf].meet_line(sheared)?;
+            Found { leaf, meeting: Meeting { t: plane.t, ..meeting }, rank: plane.rank }
+        };
+        let Meeting { u, v, .. } = found.meeting;
+        if id & MASKED != 0 && !scene.is_opaque_at(TriangleId(id & ID), u, v) {
+            return None;
+        }
+        Some(found)
     }
 
-    fn to_obvhs(&self, ray: &Ray) -> obvhs::ray::Ray {
-        // Adding 0 turns −0 into 0: obvhs 0.4 takes the sign bit for the inverse and the value for the octant, and misses
-        // everything where they disagree (tests/direct_light.rs, directional light).
-        let direction = ray.direction + Vec3::ZERO;
-        obvhs::ray::Ray::new((ray.origin * self.scale).into(), direction.into(), 0.0, ray.t_max * self.scale)
+    /// A ray in the hierarchy's units.
+    fn scaled(&self, ray: &Ray) -> Ray {
+        Ray { origin: ray.origin * self.scale, direction: ray.direction, t_max: ray.t_max * self.scale }
     }
+}
+
+/// Where a ray meets a leaf triangle, and what that counts among others at the same distance.
+#[derive(Clone, Copy)]
+struct Found {
+    leaf: usize,
+    meeting: Meeting,
+    rank: u32,
+}
+
+fn to_obvhs(ray: &Ray) -> obvhs::ray::Ray {
+    // Adding 0 turns −0 into 0: obvhs 0.4 takes the sign bit for the inverse and the value for the octant, and misses
+    // everything where they disagree (tests/direct_light.rs, directional light).
+    let direction = ray.direction + Vec3::ZERO;
+    obvhs::ray::Ray::new(ray.origin.into(), direction.into(), 0.0, ray.t_max)
 }
 
 /// Closest hit by testing every triangle: the yardstick of the tests.

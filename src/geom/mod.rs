@@ -1,7 +1,7 @@
 //! Rays against the scene's triangles.
 
 pub mod bvh;
-mod coincident;
+mod sheets;
 pub mod watertight;
 
 use crate::scene::{FaceId, TriangleId};

@@ -52,6 +52,13 @@ impl Corners {
     #[must_use]
     #[inline]
     pub fn meet(&self, ray: &Shear, t_max: f32) -> Option<Meeting> {
+        self.meet_line(ray).filter(|meeting| meeting.t >= 0.0 && meeting.t < t_max)
+    }
+
+    /// Where the ray, extended both ways, meets the triangle; `t` is no number or infinite for a line along its plane.
+    #[must_use]
+    #[inline]
+    pub fn meet_line(&self, ray: &Shear) -> Option<Meeting> {
         let along = |k: usize| self.axes[ray.order[k]] - ray.origin[k];
         let z = along(2);
         let (x, y) = (along(0) - ray.factors[0] * z, along(1) - ray.factors[1] * z);
@@ -68,9 +75,9 @@ impl Corners {
             }
         }
         let inverse = (edges.x + edges.y + edges.z).recip();
-        // Not where the sum is 0: this is infinite or no number then.
+        // Infinite or no number where the sum is 0.
         let t = (edges.y * z.x + edges.z * z.y + edges.x * z.z) * (ray.factors[2].x * inverse);
-        (t >= 0.0 && t < t_max).then(|| Meeting { t, u: edges.z * inverse, v: edges.x * inverse })
+        Some(Meeting { t, u: edges.z * inverse, v: edges.x * inverse })
     }
 }
 

@@ -9,7 +9,7 @@ use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::report::Report;
 use exr::prelude as file;
 use exr::prelude::{FlatSamples, ReadChannels as _, ReadLayers as _, WritableImage as _};
-use glam::{Vec3, Vec4};
+use glam::{DVec3, Vec3, Vec4};
 use half::f16;
 use std::io;
 use std::path::Path;
@@ -33,6 +33,8 @@ pub struct Provenance {
     pub comments: String,
     /// The camera, for `worldToCamera` and `fieldOfView`.
     pub camera: Option<Camera>,
+    /// The point of the scene's files that is the camera's origin.
+    pub origin: DVec3,
 }
 
 /// The image of `render` with its layers; every slice has one element a pixel, top row first.
@@ -203,21 +205,22 @@ fn attributes(size: ImageSize, provenance: &Provenance) -> file::LayerAttributes
         let half_width = half_height * size.width as f32 / size.height as f32;
         attributes.vertical_field_of_view = Some(camera.vertical_fov);
         attributes.horizontal_field_of_view = Some((half_width.atan() * 2.0).to_degrees());
-        attributes.world_to_camera = Some(world_to_camera(&View::new(camera, size, 1.0)));
+        attributes.world_to_camera = Some(world_to_camera(&View::new(camera, size, 1.0), provenance.origin));
     }
     attributes
 }
 
-/// OpenEXR's convention: row vectors (p' = p M), stored by rows; camera space has x right, y up, z forward.
-fn world_to_camera(view: &View) -> [f32; 16] {
+/// From the files' coordinates, whose point `origin` is the view's origin. OpenEXR's convention: row vectors (p' = p M), stored by rows; camera space has x right, y up, z forward.
+fn world_to_camera(view: &View, origin: DVec3) -> [f32; 16] {
     let (r, u, f) = (view.right.normalize(), -view.down.normalize(), view.forward);
-    let shift = Vec3::new(-r.dot(view.eye), -u.dot(view.eye), -f.dot(view.eye));
+    let eye = view.eye.as_dvec3() + origin;
+    let shift = [r, u, f].map(|axis| -axis.as_dvec3().dot(eye) as f32);
     #[rustfmt::skip]
     let rows = [
         r.x, u.x, f.x, 0.0,
         r.y, u.y, f.y, 0.0,
         r.z, u.z, f.z, 0.0,
-        shift.x, shift.y, shift.z, 1.0,
+        shift[0], shift[1], shift[2], 1.0,
     ];
     rows
 }

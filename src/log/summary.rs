@@ -25,6 +25,8 @@ pub struct Summary {
     pub threads: usize,
     /// Image size in pixels.
     pub size: [u32; 2],
+    /// The point of the scene's files that the scene was moved from: zero unless it lies far from the origin.
+    pub origin: [f64; 3],
     /// When each part was done.
     pub times: Times,
     /// Frames drawn.

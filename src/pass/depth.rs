@@ -110,11 +110,13 @@ impl Depth {
         }
     }
 
-    /// Depth of the background: farther than any leaf but nearer than nothing, no less than a step of 16-bit depth.
+    /// Depth of the background: farther than any leaf but nearer than nothing, no less than a step of 16-bit depth. Reversed
+    /// floats are dense enough there for leaves that are a billion times as far as the near plane.
     pub(super) const fn background(self) -> f32 {
-        match self.order {
-            DepthOrder::Reversed => 2e-5,
-            DepthOrder::Ordinary => 1.0 - 2e-5,
+        match (self.order, self.format) {
+            (DepthOrder::Reversed, Format::D32_SFLOAT_S8_UINT) => 1e-20,
+            (DepthOrder::Reversed, _) => 2e-5,
+            (DepthOrder::Ordinary, _) => 1.0 - 2e-5,
         }
     }
 
@@ -125,6 +127,11 @@ impl Depth {
             DepthOrder::Ordinary => CompareOp::LESS,
         };
         DepthStencil { compare, write: true, stencil: None, bias: None }
+    }
+
+    /// The same, or as near, by the order of drawing.
+    pub(super) const fn nearer_or_later(self) -> DepthStencil {
+        DepthStencil { compare: self.not_farther(), ..self.nearer() }
     }
 
     /// Not farther than what is there.
@@ -153,6 +160,14 @@ impl Depth {
         }
     }
 
+    /// Depth of what is d ahead, as factor of 1 / d and summand: that of [`Self::clip`] for a near plane.
+    pub(super) const fn of_inverse(self, near: f32) -> [f32; 2] {
+        match self.order {
+            DepthOrder::Reversed => [near, 0.0],
+            DepthOrder::Ordinary => [-near, 1.0],
+        }
+    }
+
     /// Whether a mode can work on this depth.
     ///
     /// # Errors
@@ -177,7 +192,7 @@ mod tests {
     #[test]
     fn both_orders_rank_alike() {
         let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 45.0 };
-        let view = View::new(&camera, ImageSize { width: 4, height: 3 }, 1e3);
+        let view = View { near: 0.1, ..View::new(&camera, ImageSize { width: 4, height: 3 }, 1.0) };
         let reversed = view.clip_from_world(Vec2::ZERO);
         let depths = |order| {
             let clip = Depth { format: Format::D32_SFLOAT_S8_UINT, order }.clip(reversed);
@@ -187,6 +202,11 @@ mod tests {
         assert!((reversed[0] - 1.0).abs() < 1e-6 && ordinary[0].abs() < 1e-6, "the near plane");
         for (r, o) in reversed.into_iter().zip(ordinary) {
             assert!((r + o - 1.0).abs() < 1e-6, "{r} {o}");
+        }
+        for order in [DepthOrder::Reversed, DepthOrder::Ordinary] {
+            let [factor, summand] = Depth { format: Format::D32_SFLOAT_S8_UINT, order }.of_inverse(view.near);
+            let middle = if order == DepthOrder::Reversed { reversed[1] } else { ordinary[1] };
+            assert!((factor / 1.0 + summand - middle).abs() < 1e-6, "{order:?}");
         }
     }
 

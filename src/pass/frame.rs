@@ -125,7 +125,7 @@ impl Renderer {
         // Depth that another mode left behind: what tests against it needs it drawn again.
         let stale = mode.reads_depth() && self.depth_left_by.is_some_and(|left_by| left_by != mode);
         let redraw = stale || mode == UpdateMode::Full;
-        let visible = Visible { faces: &self.visible, masked: &self.scene.masked };
+        let visible = Visible { faces: &self.visible, by_id: &self.scene.by_id };
         if options.full_luminance || overflow || self.mesh.needs_full() || (redraw && self.mesh.has_pending()) {
             self.luminance_scale = fitting_scale(self.mesh.max_value());
             self.depth_left_by = None;
@@ -179,6 +179,7 @@ impl Renderer {
             positions: scene.positions.address(),
             triangles: scene.triangles.address(),
             drawn: scene.drawn.address(),
+            coplanar: scene.coplanar.address(),
             materials: scene.materials.address(),
             textures: scene.textures.address(),
             texels: scene.texels.address(),
@@ -203,6 +204,7 @@ impl Renderer {
             tone_mapping: display.tone_mapping as u32,
             emits_back: u32::from(scene.emits_back),
             filter_width: self.filter_width,
+            depth_of_inverse: self.options.depth.of_inverse(view.near),
             background_depth: self.options.depth.background(),
             lookup_stamp: self.lookup_stamp,
         };

@@ -109,7 +109,7 @@ impl Luminance {
             Some([plain, on_face]) if step.counts_pixels().is_some() => (plain, on_face),
             _ => (&self.plain, &self.on_face),
         };
-        let unless_masked = |masked| if masked { on_face } else { plain };
+        let by_id_or_depth = |masked| if masked { on_face } else { plain };
         let [mark_exported, marked_exported] = self.exported.as_ref().map_or([&self.mark, plain], |e| e.each_ref());
         let depth = |compare, write, stencil| DepthStencil { compare, write, stencil, bias: None };
         let marking = |reference| Some((CompareOp::ALWAYS, StencilOp::REPLACE, reference));
@@ -117,9 +117,9 @@ impl Luminance {
         let marked = |reference| Some((CompareOp::EQUAL, StencilOp::ZERO, reference));
         let (pipeline, state, (first, count)) = match step {
             Step::ClearStencil => return draws.clear_stencil(),
-            Step::Full { leaves, on_face } => (unless_masked(on_face), self.depth.nearer(), leaves),
+            Step::Full { leaves, on_face } => (by_id_or_depth(on_face), self.depth.nearer(), leaves),
             Step::Background => (&self.background, self.depth.nearer(), (0, 1)),
-            Step::Values { leaves, on_face } => (unless_masked(on_face), depth(CompareOp::EQUAL, false, None), leaves),
+            Step::Values { leaves, on_face } => (by_id_or_depth(on_face), depth(CompareOp::EQUAL, false, None), leaves),
             Step::OnFace { leaves, depth: write } => (on_face, depth(CompareOp::ALWAYS, write, None), leaves),
             Step::Mark { triangles, reference } => {
                 (&self.mark, depth(CompareOp::EQUAL, false, marking(reference)), triangles)
@@ -127,7 +127,7 @@ impl Luminance {
             Step::Marked { leaves, reference } => (plain, depth(CompareOp::ALWAYS, true, marked(reference)), leaves),
             Step::MarkExported { triangles } => (mark_exported, depth(CompareOp::EQUAL, false, marking(0)), triangles),
             Step::MarkedExported { leaves } => (marked_exported, depth(CompareOp::ALWAYS, true, marked(0)), leaves),
-            Step::ByDepth { leaves, on_face, test } => (unless_masked(on_face), self.against(test), leaves),
+            Step::ByDepth { leaves, on_face, test } => (by_id_or_depth(on_face), self.against(test), leaves),
             // Where there was nothing yet, depth says that there is something now.
             Step::Lookup { .. } => {
                 (self.lookup.as_ref().unwrap_or(plain), depth(CompareOp::ALWAYS, true, None), (0, 1))

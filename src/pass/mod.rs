@@ -5,6 +5,7 @@
 mod colour;
 mod colouring;
 mod combine;
+mod coplanar;
 mod counters;
 mod depth;
 mod frame;

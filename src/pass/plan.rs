@@ -112,8 +112,8 @@ pub(super) struct Plan {
 pub(super) struct Visible<'a> {
     /// Whether each face has pixels.
     pub faces: &'a [bool],
-    /// Whether each triangle has a mask.
-    pub masked: &'a [bool],
+    /// Whether the image of face ids, not depth, tells where each triangle shows: those with a mask, those in one plane.
+    pub by_id: &'a [bool],
 }
 
 impl Visible<'_> {
@@ -128,8 +128,8 @@ impl Visible<'_> {
         !missing.contains(&true)
     }
 
-    pub(super) fn has_mask(&self, mesh: &LuminanceMesh, leaf: u32) -> bool {
-        self.masked.get(mesh.leaves.get(leaf).triangle().0 as usize).copied().unwrap_or(false)
+    pub(super) fn goes_by_id(&self, mesh: &LuminanceMesh, leaf: u32) -> bool {
+        self.by_id.get(mesh.leaves.get(leaf).triangle().0 as usize).copied().unwrap_or(false)
     }
 }
 
@@ -140,7 +140,7 @@ impl Plan {
         // By id, so that equal depths resolve alike however the set came about.
         let leaves: Vec<u32> = mesh.drawn().filter(|&l| visible.shows(mesh, l)).collect();
         if visible.all_have_leaves(mesh, &leaves) {
-            plan.split_by_mask(mesh, visible, leaves, |leaves, on_face| Step::Full { leaves, on_face });
+            plan.split_by_id(mesh, visible, leaves, |leaves, on_face| Step::Full { leaves, on_face });
         } else {
             // A face without leaves yet hides nothing: what lies behind it must not show through.
             let leaves = plan.extend(leaves);
@@ -192,14 +192,13 @@ impl Plan {
             patches.flat_map(|p| &batch.new[p.new.clone()]).copied().filter(|&l| visible.shows(mesh, l))
         };
         let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
-        self.split_by_mask(mesh, visible, values.chain(of(false)), |leaves, on_face| Step::ByDepth {
+        self.split_by_id(mesh, visible, values.chain(of(false)), |leaves, on_face| Step::ByDepth {
             leaves,
             on_face,
             test,
         });
-        let masked = |leaf: u32| visible.has_mask(mesh, leaf);
         for leaf in of(true) {
-            let on_face = masked(leaf);
+            let on_face = visible.goes_by_id(mesh, leaf);
             self.draw_counted([leaf], |leaves| Step::ByDepth { leaves, on_face, test });
         }
     }
@@ -224,16 +223,16 @@ impl Plan {
         self.steps.iter().filter(|&&step| step != Step::ClearStencil).count() as u32
     }
 
-    /// Two draws: leaves without mask, and those with, which look at the id image.
-    pub(super) fn split_by_mask(
+    /// Two draws: leaves that go by depth, and those that look at the id image.
+    pub(super) fn split_by_id(
         &mut self,
         mesh: &LuminanceMesh,
         visible: &Visible<'_>,
         leaves: impl IntoIterator<Item = u32>,
         step: impl Fn((u32, u32), bool) -> Step,
     ) {
-        let (masked, opaque): (Vec<u32>, Vec<u32>) = leaves.into_iter().partition(|&l| visible.has_mask(mesh, l));
-        for (list, on_face) in [(opaque, false), (masked, true)] {
+        let (by_id, by_depth): (Vec<u32>, Vec<u32>) = leaves.into_iter().partition(|&l| visible.goes_by_id(mesh, l));
+        for (list, on_face) in [(by_depth, false), (by_id, true)] {
             let range = self.extend(list);
             self.draw(range, step(range, on_face));
         }

@@ -287,7 +287,7 @@ impl Renderer {
         recording.pass("readback", |pass| read_back.record_ids(pass, targets));
         let times = recording.submit()?;
         self.times.extend(times);
-        let faces = 2 * self.scene.masked.len();
+        let faces = 2 * self.scene.by_id.len();
         self.face_ids.clear();
         self.face_ids.extend_from_slice(self.read_back.ids()?);
         let counts = count_pixels(&self.face_ids, faces);

@@ -1,5 +1,6 @@
 //! The scene on the device: geometry, materials, and all texels with their mip chains in one buffer.
 
+use super::coplanar;
 use super::lit_materials::LitMaterials;
 use super::shared::{GpuDrawnTriangle, GpuMaterial, GpuTexture, GpuTriangle, MAX_LEVELS};
 use crate::error::{Error, Result};
@@ -20,6 +21,7 @@ pub(super) struct SceneBuffers {
     pub positions: Buffer,
     pub triangles: Buffer,
     pub drawn: Buffer,
+    pub coplanar: Buffer,
     pub materials: Buffer,
     lit: LitMaterials,
     pub textures: Buffer,
@@ -28,8 +30,10 @@ pub(super) struct SceneBuffers {
     pub opaque_count: u32,
     /// Triangles with one, after them.
     pub masked_count: u32,
-    /// Whether each triangle has a mask.
-    pub masked: Vec<bool>,
+    /// Faces whose distance is that of their plane, drawn last.
+    pub coplanar_count: u32,
+    /// Whether the image of face ids, not depth, tells where each triangle shows.
+    pub by_id: Vec<bool>,
     /// What stored L_e is multiplied by to fit half range.
     pub emission_scale: f32,
     pub emits_back: bool,
@@ -37,10 +41,8 @@ pub(super) struct SceneBuffers {
 
 impl SceneBuffers {
     pub(super) fn new(device: &Device, commands: &mut Commands, scene: &Scene) -> Result<Self> {
-        let masked: Vec<bool> =
-            (0..scene.triangles.len() as u32).map(|t| scene.material(TriangleId(t)).map_d.is_some()).collect();
-        let drawn = drawing_order(scene, &masked);
-        let masked_count = masked.iter().filter(|&&m| m).count() as u32;
+        let (drawn, opaque_count) = drawing_order(scene);
+        let coplanar = coplanar::faces(scene);
         let (lit, of_triangle) = LitMaterials::new(scene);
         let materials = lit.lit(&[]);
         let (headers, total) = texture_headers(&scene.textures)?;
@@ -49,12 +51,14 @@ impl SceneBuffers {
             positions: fill("positions", bytemuck::cast_slice(&scene.positions))?,
             triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene, &of_triangle)))?,
             drawn: fill("drawn triangles", bytemuck::cast_slice(&drawn))?,
+            coplanar: fill("coplanar faces", bytemuck::cast_slice(&coplanar))?,
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
             textures: fill("textures", bytemuck::cast_slice(&headers))?,
             texels: Buffer::new(device, "texels", 4 * total, BufferUse::Static)?,
-            opaque_count: drawn.len() as u32 - masked_count,
-            masked_count,
-            masked,
+            opaque_count,
+            masked_count: drawn.len() as u32 - opaque_count,
+            coplanar_count: coplanar.len() as u32,
+            by_id: triangles(scene).map(|t| has_mask(scene, t) || scene.coplanar.member(t).is_some()).collect(),
             lit,
             emission_scale: emission_scale(&materials),
             emits_back: scene.emission_side == EmissionSide::Both,
@@ -109,15 +113,26 @@ fn by_id(scene: &Scene, materials: &[u32]) -> Vec<GpuTriangle> {
         .collect()
 }
 
-/// All triangles, those without mask first: only the others need the shader that discards.
-fn drawing_order(scene: &Scene, masked: &[bool]) -> Vec<GpuDrawnTriangle> {
-    let triangles = || (0..).zip(&scene.triangles).zip(masked);
-    let pick = |wanted: bool| {
-        triangles()
-            .filter(move |&(_, &is_masked)| is_masked == wanted)
-            .map(|((id, &corners), _)| GpuDrawnTriangle { corners, id })
-    };
-    pick(false).chain(pick(true)).collect()
+fn triangles(scene: &Scene) -> impl Iterator<Item = TriangleId> {
+    (0..scene.triangles.len() as u32).map(TriangleId)
+}
+
+fn has_mask(scene: &Scene, triangle: TriangleId) -> bool {
+    scene.material(triangle).map_d.is_some()
+}
+
+/// The triangles that go by their own depth, and the number of those without mask, which come first: only the others need the shader
+/// that discards.
+fn drawing_order(scene: &Scene) -> (Vec<GpuDrawnTriangle>, u32) {
+    let mut drawn = Vec::with_capacity(scene.triangles.len());
+    let mut opaque_count = 0;
+    for with_mask in [false, true] {
+        opaque_count = drawn.len() as u32;
+        let by_depth = triangles(scene).filter(|&t| scene.coplanar.member(t).is_none());
+        let wanted = by_depth.filter(|&t| has_mask(scene, t) == with_mask);
+        drawn.extend(wanted.map(|t| GpuDrawnTriangle { corners: scene.triangles[t.0 as usize], id: t.0 }));
+    }
+    (drawn, opaque_count)
 }
 
 /// Where each level of each texture starts, and the number of texels in all.

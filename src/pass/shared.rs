@@ -20,6 +20,7 @@ pub(super) struct FrameUniform {
     pub positions: u64,
     pub triangles: u64,
     pub drawn: u64,
+    pub coplanar: u64,
     pub materials: u64,
     pub textures: u64,
     pub texels: u64,
@@ -46,6 +47,8 @@ pub(super) struct FrameUniform {
     pub emits_back: u32,
     /// Width of the square that textures are filtered over, pixels.
     pub filter_width: f32,
+    /// Depth is this by the inverse of the distance along the view, plus the second.
+    pub depth_of_inverse: [f32; 2],
     /// Farther than any leaf, nearer than nothing.
     pub background_depth: f32,
     /// Of the leaves to look up; 0 for all.
@@ -67,6 +70,16 @@ pub(super) struct GpuTriangle {
 pub(super) struct GpuDrawnTriangle {
     pub corners: [u32; 3],
     pub id: u32,
+}
+
+/// A face whose distance is that of a plane.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub(super) struct GpuCoplanarFace {
+    pub normal: [f32; 3],
+    pub offset: f32,
+    pub face: u32,
+    pub towards: f32,
 }
 
 /// A material; texture indices or [`NONE`].
@@ -130,15 +143,16 @@ pub(super) struct GpuLookupRoot {
 }
 
 host_matches_shader!(FrameUniform, frame, {
-    clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, drawn: DRAWN,
+    clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, drawn: DRAWN, coplanar: COPLANAR,
     materials: MATERIALS, textures: TEXTURES, texels: TEXELS, slots: SLOTS, leaves: LEAVES,
     leaf_list: LEAF_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
     list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, leaf_pixels: LEAF_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
-    exposure: EXPOSURE, tone_mapping: TONE_MAPPING, emits_back: EMITS_BACK, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
+    exposure: EXPOSURE, tone_mapping: TONE_MAPPING, emits_back: EMITS_BACK, depth_of_inverse: DEPTH_OF_INVERSE, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
 });
 host_matches_shader!(GpuTriangle, triangle, { corners: CORNERS, material: MATERIAL, uv: UV });
 host_matches_shader!(GpuDrawnTriangle, drawn_triangle, { corners: CORNERS, id: ID });
+host_matches_shader!(GpuCoplanarFace, coplanar_face, { normal: NORMAL, offset: OFFSET, face: FACE, towards: TOWARDS });
 host_matches_shader!(GpuMaterial, material, {
     kd: KD, map_kd: MAP_KD, ks: KS, map_d: MAP_D, ke: KE, map_ke: MAP_KE,
 });

@@ -14,6 +14,7 @@ use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
 pub(super) struct Visibility {
     opaque: Pipeline,
     masked: Pipeline,
+    coplanar: Pipeline,
     depth: Depth,
 }
 
@@ -31,14 +32,21 @@ impl Visibility {
             fragment: Some(shaders::VISIBILITY_MASKED_FRAG),
             ..desc
         };
+        let coplanar = PipelineDesc {
+            vertex: shaders::VISIBILITY_COPLANAR_VERT,
+            fragment: Some(shaders::VISIBILITY_COPLANAR_FRAG),
+            ..desc
+        };
         Ok(Self {
             opaque: Pipeline::new(device, "visibility", bindings, &desc)?,
             masked: Pipeline::new(device, "visibility masked", bindings, &with_mask)?,
+            coplanar: Pipeline::new(device, "visibility coplanar", bindings, &coplanar)?,
             depth,
         })
     }
 
-    /// Draws all triangles, those without mask first so that the others are mostly hidden by depth.
+    /// Draws all triangles, those without mask first so that the others are mostly hidden by depth; last what shares a plane, of
+    /// which the order decides.
     pub(super) fn record<'a>(
         &'a self,
         pass: &Pass<'a>,
@@ -53,6 +61,11 @@ impl Visibility {
             if scene.masked_count > 0 {
                 draws.bind(&self.masked, bindings);
                 draws.triangles(scene.opaque_count, scene.masked_count);
+            }
+            if scene.coplanar_count > 0 {
+                draws.bind(&self.coplanar, bindings);
+                draws.depth_stencil(self.depth.nearer_or_later());
+                draws.triangles(0, scene.coplanar_count);
             }
         });
     }

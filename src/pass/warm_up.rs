@@ -6,7 +6,7 @@ use super::renderer::Renderer;
 use super::update::UpdateMode;
 use crate::error::Result;
 use crate::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
-use crate::scene::camera::{Camera, ImageSize, View};
+use crate::scene::camera::{Camera, ImageSize};
 use crate::scene::material::{Material, MaterialId};
 use crate::scene::texture::{Texture, TextureId};
 use crate::scene::{Display, FaceId, Scene};
@@ -29,7 +29,7 @@ impl Renderer {
         let scene = miniature();
         let size = self.targets.size;
         self.load(&scene)?;
-        self.set_view(&View::new(&scene.cameras[0].camera, size, scene.diagonal()), Vec2::ZERO);
+        self.set_view(&scene.view(&scene.cameras[0].camera, size), Vec2::ZERO);
         let visible: Vec<FaceId> = self.visibility()?.iter().map(|&(face, _)| face).collect();
         let (combine, update_mode) = (Some(Display::default()), UpdateMode::Full);
         let full = FrameOptions { full_luminance: true, colour: true, combine, update_mode, queries: 0 };

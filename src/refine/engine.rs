@@ -66,7 +66,7 @@ pub struct Engine {
     pub(super) bvh: Arc<Bvh>,
     pub(super) lights: Lights,
     weld: Weld,
-    pub(super) diagonal: f32,
+    pub(super) scale: f32,
     pub(super) reflectances: Reflectances,
     pub(super) options: Options,
     /// Present rung of the ladder of tolerances.
@@ -116,7 +116,7 @@ impl Engine {
         cache.indirect.filter = options.filter;
         Self {
             weld: Weld::new(&scene),
-            diagonal: scene.diagonal(),
+            scale: scene.scale(),
             reflectances: Reflectances::new(&scene),
             cache,
             first_visits: VecDeque::new(),
@@ -154,7 +154,7 @@ impl Engine {
     /// What estimators read.
     #[must_use]
     pub fn world(&self) -> World<'_> {
-        World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal)
+        World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale)
     }
 
     /// The image that is made, if it is known.
@@ -314,7 +314,7 @@ impl Engine {
 
     /// Computes D and S of slots on all workers; the slots are then due to be sent.
     pub(super) fn evaluate(&mut self, slots: &[SlotId]) {
-        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
+        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
         let (cache, eye) = (&self.cache, self.eye);
         let values = self.workers.map_chunks(slots, |chunk| {
             chunk.iter().map(|&slot| luminance::shown(&world, cache, slot, eye)).collect::<Vec<_>>()

@@ -206,7 +206,7 @@ impl Engine {
 
     /// Traces jobs on all workers, then writes their results in order.
     fn gather(&mut self, jobs: &[GatherJob]) {
-        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
+        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
         let cache = &self.cache;
         let results = self.workers.map_chunks(jobs, |chunk| {
             let mut gathered = Gathered::default();

@@ -4,7 +4,7 @@ use super::priority::{
     CHILD, CONTRAST_WEIGHT, HARD_CONTRAST, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST, sum_of_products,
 };
 use crate::cache::dynamic::{Light, SlotId};
-use crate::cache::topology::{MAX_LEVEL, Node, NodeId};
+use crate::cache::topology::{Node, NodeId};
 use crate::cache::vertex::VertexId;
 use crate::math::luminance;
 use crate::refine::update::LeafId;
@@ -172,7 +172,7 @@ impl Judge<'_> {
         let known = node.corners.iter().all(is_known);
         let crosses = self.crosses_contact(id);
         let least = self.options.min_pixels * if crosses { HARD_PIXELS } else { 1.0 };
-        if node.level >= MAX_LEVEL || node.indirect.pixels <= least || !known {
+        if node.indirect.pixels <= least || !known || self.is_finest(id) {
             return 0.0;
         }
         let mut error = self.indirect_error(id)[0];

@@ -3,7 +3,7 @@
 use super::counts::FEW_PIXELS;
 use super::options::{Options, Priority};
 use crate::cache::dynamic::{Cache, Light, SlotId};
-use crate::cache::topology::{MAX_LEVEL, Node, NodeId, Work};
+use crate::cache::topology::{Node, NodeId, SAFE_LEVEL, Work};
 use crate::cache::vertex::VertexId;
 use crate::math::{combine, luminance};
 use crate::scene::{FaceId, Scene};
@@ -304,7 +304,7 @@ impl Judge<'_> {
         // small it is.
         let pixels = if node.work.pixels > 1.0 { node.work.pixels } else { node.work.pixels.min(node.work.share) };
         let least = self.options.min_pixels * if hard { HARD_PIXELS } else { 1.0 };
-        if node.level >= MAX_LEVEL || pixels <= least || self.belongs_to_a_pixel(id) {
+        if pixels <= least || self.is_finest(id) || self.belongs_to_a_pixel(id) {
             return 0.0;
         }
         if self.options.priority == Priority::Random {
@@ -319,6 +319,15 @@ impl Judge<'_> {
         }
         let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
         node.work.pixels * error / (1.0 + (VERTEX_COST + self.points_between(node)) * new as f32)
+    }
+
+    /// Whether single precision ends here: midpoints of the node's edges would not be apart.
+    pub(super) fn is_finest(&self, id: NodeId) -> bool {
+        if self.cache.topology.nodes[id.0].level < SAFE_LEVEL {
+            return false;
+        }
+        let [a, b, c] = self.cache.corner_vertices(id).map(|v| &self.cache.vertices[v.0]);
+        ![(a, b), (b, c), (c, a)].iter().all(|(p, q)| p.is_apart_from(q))
     }
 
     /// Points of lights' penumbrae that a new vertex between the corners of a node takes: half of what those have.

@@ -244,7 +244,7 @@ impl Engine {
 
     /// Traces jobs on all workers, then writes their results in order.
     fn run(&mut self, jobs: &[Job]) {
-        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
+        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
         let cache = &self.cache;
         let results = self.workers.map_chunks(jobs, |chunk| {
             let mut results = direct::Results::default();

@@ -23,7 +23,7 @@ impl Engine {
         let mixed = self.lights.set_factors(factors);
         let now = self.lights.lighting();
         if before != now {
-            let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.diagonal);
+            let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
             mixed.into_iter().for_each(|light| remix(&world, &mut self.cache, light));
             for vertex in std::mem::take(&mut self.enclosed) {
                 let progress = &mut self.cache.vertices[vertex.0].progress;

@@ -65,10 +65,14 @@ pub struct View {
     pub size: ImageSize,
 }
 
+/// The near plane where nothing is before the eye, or nothing near: depth is its inverse, which must not overflow.
+const FARTHEST_NEAR: f32 = 1e12;
+
 impl View {
-    /// The view of `camera` on an image; `diagonal` is the scene's, the near plane derives from it.
+    /// The view of `camera` on an image, for a scene of which nothing is nearer to the eye than `nearest`: half of that way ahead,
+    /// even in the corners of the image, the near plane cuts nothing off.
     #[must_use]
-    pub fn new(camera: &Camera, size: ImageSize, diagonal: f32) -> Self {
+    pub fn new(camera: &Camera, size: ImageSize, nearest: f32) -> Self {
         let forward = (camera.look_at - camera.position).normalize_or(Vec3::NEG_Z);
         let side = forward.cross(camera.up);
         let right = if side.length_squared() > 1e-12 { side.normalize() } else { forward.any_orthonormal_vector() };
@@ -80,7 +84,7 @@ impl View {
             forward,
             right: right * half_width,
             down: down * half_height,
-            near: diagonal * 1e-4,
+            near: (nearest * 0.5 / Vec3::new(half_width, half_height, 1.0).length()).min(FARTHEST_NEAR),
             size,
         }
     }

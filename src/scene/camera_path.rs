@@ -6,7 +6,7 @@ use super::light::Light;
 use super::report::Report;
 use super::toml_walk::{At, Document, Table, nearest};
 use crate::error::{Error, Result};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::path::Path;
 
 /// A camera path: keys at ascending times, and edits of lights.
@@ -46,11 +46,11 @@ pub struct LightEdit {
     pub on: Option<bool>,
 }
 
-/// Reads a camera path.
+/// Reads a camera path for a scene with this [`origin`](super::Scene::origin).
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be read, [`Error::Input`] with all its faults.
-pub fn load_camera_path(path: &Path) -> Result<CameraPath> {
+pub fn load_camera_path(path: &Path, origin: DVec3) -> Result<CameraPath> {
     std::fs::metadata(path).map_err(|e| Error::io(path, "cannot read", e))?;
     let text = input::read_scene_file(path).and_then(|bytes| {
         String::from_utf8(bytes)
@@ -61,12 +61,12 @@ pub fn load_camera_path(path: &Path) -> Result<CameraPath> {
         report.error(path, None, why);
         Error::Input(report)
     })?;
-    let (camera_path, report) = read(path, &text);
+    let (camera_path, report) = read(path, &text, origin);
     if report.has_errors() { Err(Error::Input(report)) } else { Ok(camera_path) }
 }
 
-fn read(file: &Path, text: &str) -> (CameraPath, Report) {
-    let (mut document, root) = Document::parse(file, text);
+fn read(file: &Path, text: &str, origin: DVec3) -> (CameraPath, Report) {
+    let (mut document, root) = Document::parse(file, text, origin);
     let mut table = Table::root(&mut document, &root);
     let keys = table.tables("key", "[[key]]", read_key);
     let edits = table.tables("edit", "[[edit]]", read_edit);
@@ -94,9 +94,9 @@ fn read_time(t: &mut Table) -> Option<f32> {
 
 fn read_key(t: &mut Table) -> Option<CameraKey> {
     let time = read_time(t);
-    let position = t.vector("position");
+    let position = t.position("position");
     let position = t.required("position", position);
-    let look_at = t.vector("look_at");
+    let look_at = t.position("look_at");
     let look_at = t.required("look_at", look_at);
     let (position, look_at) = (position?, look_at?);
     if position.value == look_at.value {
@@ -258,7 +258,7 @@ mod tests {
             [[edit]]\ntime = 1\nlight = \"a\"\npower = 0.5\ncolour = [1, 0.5, 0]\n\
             [[edit]]\ntime = 2\nlight = \"a\"\nswitch = \"off\"\n\
             [[edit]]\ntime = 3\nlight = \"lamb\"\npower = 2\n";
-        let (path, report) = read(Path::new("p.toml"), text);
+        let (path, report) = read(Path::new("p.toml"), text, DVec3::ZERO);
         assert!(!report.has_errors() && path.duration() == 3.0);
         let kind = super::super::light::LightKind::Directional { direction: Vec3::X, irradiance: Vec3::ONE };
         let lights = ["a", "lamp"].map(|name| Light { name: name.into(), kind: kind.clone() });
@@ -275,7 +275,7 @@ mod tests {
     fn faults_are_listed_with_lines() {
         let text = "[[key]]\ntime = 1\nposition = [0,0,0]\nlook_at = [0,0,1]\n[[key]]\ntime = 1\nposition = [0,0,0]\n\
                     look_at = [0,0,0]\n[[edit]]\ntime = 2\nlight = \"a\"\n[[edit]]\ntime = 1\nswich = \"off\"\n";
-        let (path, report) = read(Path::new("p.toml"), text);
+        let (path, report) = read(Path::new("p.toml"), text, DVec3::ZERO);
         let lines: Vec<_> = report.faults.iter().filter_map(|f| f.place.line).collect();
         assert_eq!(lines, [5, 8, 9, 12, 12, 14], "{report:#?}");
         assert_eq!(path.edits.len(), 1, "the edit without a light is left out");

@@ -1,5 +1,6 @@
 //! Loading a scene: a scene file or a bare OBJ, its materials and textures; every fault with its place.
 
+use super::coplanar::Coplanar;
 use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, MaterialId};
@@ -10,8 +11,9 @@ use super::scene_file::{self, Description};
 use super::stock::Stock;
 use super::text::Warnings;
 use super::texture::{Texture, TextureId};
-use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, textures};
+use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
+use glam::DVec3;
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -75,9 +77,14 @@ pub struct Timings {
 /// refuses the scene or nothing is left to draw.
 pub fn load(path: &Path) -> Result<Loaded> {
     let start = Instant::now();
-    let (description, mut report) = describe(path)?;
+    let main = open(path)?;
+    let (description, mut report) = main.describe(path, DVec3::ZERO);
     let mut timings = Timings::default();
-    let files = read_objs(path, &description, &mut report);
+    let (paths, bytes) = read_objs(path, &description, &mut report);
+    let origin = origin::find(&bytes);
+    let description = if origin == DVec3::ZERO { description } else { main.describe(path, origin).0 };
+    warn_of_origin(path, origin, &mut report);
+    let files = parse_objs(paths, bytes, origin, &mut report);
     timings.text = start.elapsed();
     let mut stock = Stock::default();
     let slots: Vec<Slots> = files.iter().map(|file| resolve(file, &mut stock, &mut report)).collect();
@@ -103,14 +110,20 @@ pub fn load(path: &Path) -> Result<Loaded> {
     if report.has_errors() {
         return Err(Error::Input(report));
     }
-    let scene = finish_scene(path, description, soup, scene_materials, images, &mut report);
+    let scene = finish_scene(path, (description, origin), soup, scene_materials, images, &mut report);
     timings.finish = finish.elapsed();
     timings.total = start.elapsed();
     Ok(Loaded { scene, report, counts, timings })
 }
 
-/// What is to be loaded. A bare OBJ is a scene of one file.
-fn describe(path: &Path) -> Result<(Description, Report)> {
+/// The main file.
+enum Main {
+    /// A scene file's text.
+    SceneFile(String),
+    Obj,
+}
+
+fn open(path: &Path) -> Result<Main> {
     let refuse = |why: String| {
         let mut report = Report::default();
         report.error(path, None, why);
@@ -124,16 +137,27 @@ fn describe(path: &Path) -> Result<(Description, Report)> {
         Kind::SceneFile => {
             let bytes = input::read_scene_file(path).map_err(refuse)?;
             let text = String::from_utf8(bytes).map_err(|_| refuse("is not UTF-8, which TOML has to be".into()))?;
-            Ok(scene_file::read(path, &text))
+            Ok(Main::SceneFile(text))
         }
         Kind::Obj => {
             // Opening a pipe would wait for its writer; `read_objs` refuses it.
             if data.is_file() {
                 std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
             }
-            let objs = vec![scene_file::ObjName { path: path.to_owned(), line: None }];
-            let description = Description { objs, ..Description::default() };
-            Ok((description, Report::default()))
+            Ok(Main::Obj)
+        }
+    }
+}
+
+impl Main {
+    /// What is to be loaded, with `origin` as the origin. A bare OBJ is a scene of one file.
+    fn describe(&self, path: &Path, origin: DVec3) -> (Description, Report) {
+        match self {
+            Self::SceneFile(text) => scene_file::read(path, text, origin),
+            Self::Obj => {
+                let objs = vec![scene_file::ObjName { path: path.to_owned(), line: None }];
+                (Description { objs, ..Description::default() }, Report::default())
+            }
         }
     }
 }
@@ -144,27 +168,50 @@ struct ObjFile {
     text: ObjText,
 }
 
-fn read_objs(main: &Path, description: &Description, report: &mut Report) -> Vec<ObjFile> {
-    let read = |obj: &scene_file::ObjName| -> Result<ObjFile, String> {
+/// The OBJ files that can be read, with their bytes.
+fn read_objs(main: &Path, description: &Description, report: &mut Report) -> (Vec<PathBuf>, Vec<Vec<u8>>) {
+    let read = |obj: &scene_file::ObjName| -> Result<Vec<u8>, String> {
         if input::kind(&obj.path)? == Kind::SceneFile {
             return Err("is a scene file: name an OBJ".into());
         }
-        let bytes = input::read_text(&obj.path)?;
-        Ok(ObjFile { path: obj.path.clone(), text: ObjText::read(&obj.path, &bytes) })
+        input::read_text(&obj.path)
     };
     let results: Vec<_> = description.objs.par_iter().map(read).collect();
-    let mut files = Vec::new();
+    let mut files = (Vec::new(), Vec::new());
     for (result, obj) in results.into_iter().zip(&description.objs) {
         match (result, obj.line) {
-            (Ok(mut file), _) => {
-                report.faults.append(&mut file.text.report.faults);
-                files.push(file);
+            (Ok(bytes), _) => {
+                files.0.push(obj.path.clone());
+                files.1.push(bytes);
             }
             (Err(why), None) => report.error(main, None, why),
             (Err(why), line) => report.error(main, line, format!("{}: {why}", obj.path.display())),
         }
     }
     files
+}
+
+fn parse_objs(paths: Vec<PathBuf>, bytes: Vec<Vec<u8>>, origin: DVec3, report: &mut Report) -> Vec<ObjFile> {
+    let parse = |(path, bytes): (PathBuf, Vec<u8>)| ObjFile { text: ObjText::read(&path, &bytes, origin), path };
+    let mut files: Vec<ObjFile> = paths.into_par_iter().zip(bytes).map(parse).collect();
+    files.iter_mut().for_each(|file| report.faults.append(&mut file.text.report.faults));
+    files
+}
+
+/// Where the scene is moved from, said once.
+fn warn_of_origin(path: &Path, origin: DVec3, report: &mut Report) {
+    if origin != DVec3::ZERO {
+        let message = format!(
+            "it lies far from the origin, where single precision is too coarse: it is moved so that {} is the origin (cameras, \
+             lights and camera paths stay in its own coordinates)",
+            readable(origin)
+        );
+        report.warn(path, None, message);
+    }
+}
+
+fn readable(point: DVec3) -> String {
+    format!("[{}, {}, {}]", point.x, point.y, point.z)
 }
 
 /// The slots of one OBJ's materials.
@@ -255,7 +302,7 @@ fn nothing_to_draw(counts: &Counts) -> String {
 
 fn finish_scene(
     path: &Path,
-    description: Description,
+    (description, origin): (Description, DVec3),
     soup: Soup,
     materials: Vec<Material>,
     textures: Vec<Texture>,
@@ -273,12 +320,15 @@ fn finish_scene(
         lights: description.lights,
         cameras: description.cameras,
         display: description.display,
+        origin,
+        coplanar: Coplanar::default(),
     };
     let turned = normals::complete(&scene.positions, &scene.triangles, &mut scene.normals, description.smooth_angle);
     if turned > 0 {
         let message = format!("{turned} vertex normals (vn) point to the back of their face and are turned");
         report.warn(path, None, message);
     }
+    scene.coplanar = Coplanar::find(&scene);
     let area_lights = emitters::find(&scene);
     add_lights(&mut scene.lights, area_lights);
     complete_view(path, &mut scene, report);
@@ -301,7 +351,11 @@ fn complete_view(path: &Path, scene: &mut Scene, report: &mut Report) {
     let Some((lo, hi)) = scene.bounds() else { return };
     if scene.cameras.is_empty() {
         let camera = framing::camera(lo, hi);
-        report.warn(path, None, format!("no camera: framed the whole scene from {}", camera.position));
+        report.warn(
+            path,
+            None,
+            format!("no camera: framed the whole scene from {}", readable(camera.position.as_dvec3() + scene.origin)),
+        );
         scene.cameras.push(NamedCamera { name: "framed".into(), camera });
     }
     if scene.lights.is_empty() {

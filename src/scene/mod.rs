@@ -5,7 +5,9 @@
 
 pub mod camera;
 pub mod camera_path;
+pub mod coplanar;
 mod emitters;
+mod extent;
 pub mod footprint;
 mod framing;
 mod input;
@@ -18,6 +20,8 @@ mod mtl;
 mod normals;
 mod obj;
 mod obj_text;
+mod origin;
+mod overlap;
 mod polygon;
 pub mod report;
 mod scene_file;
@@ -26,11 +30,13 @@ mod text;
 pub mod texture;
 mod textures;
 mod toml_walk;
+mod union;
 
 use crate::math::triangle::unit_normal;
 use camera::NamedCamera;
+use coplanar::Coplanar;
 use footprint::Footprint;
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use light::Light;
 use material::{Material, MaterialId};
 use texture::{Texture, TextureId};
@@ -141,6 +147,10 @@ pub struct Scene {
     pub cameras: Vec<NamedCamera>,
     /// Display settings.
     pub display: Display,
+    /// The point of the files' coordinates that is the origin here: zero unless they lie far away, where f32 is too coarse.
+    pub origin: DVec3,
+    /// Faces that overlap in one plane, and which of them are seen: [`Coplanar::find`].
+    pub coplanar: Coplanar,
 }
 
 impl Scene {
@@ -238,19 +248,5 @@ impl Scene {
             Some(t) => self.textures[t.0 as usize].alpha(self.uv_at(triangle, u, v)) >= 0.5,
             None => true,
         }
-    }
-
-    /// Smallest and largest coordinates of the drawable geometry; `None` without any.
-    #[must_use]
-    pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let mut used = self.triangles.iter().flatten().map(|&i| self.positions[i as usize]);
-        let first = used.next()?;
-        Some(used.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
-    }
-
-    /// Length of the diagonal of the bounds, the scale that tolerances derive from; 1 for an empty scene.
-    #[must_use]
-    pub fn diagonal(&self) -> f32 {
-        self.bounds().map_or(1.0, |(lo, hi)| (hi - lo).length().max(f32::MIN_POSITIVE))
     }
 }

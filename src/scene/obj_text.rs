@@ -7,12 +7,13 @@
 
 use super::report::Report;
 use super::text::{self, Lines, Warnings};
+use glam::DVec3;
 use rustc_hash::FxHashMap;
 use std::io::Write;
 use std::path::Path;
 
 /// Largest coordinate that is drawn: beyond it products of edges leave the range of 32-bit floats.
-const MAX_COORDINATE: f32 = 1e9;
+const MAX_COORDINATE: f64 = 1e9;
 
 /// A name in the file, with its line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,6 +39,8 @@ pub(super) struct ObjText {
     pub dropped_faces: usize,
     /// Warnings.
     pub report: Report,
+    /// What is subtracted from positions.
+    origin: DVec3,
 }
 
 /// Something for each of `v`, `vt` and `vn`: how many there are, or the index of one.
@@ -56,10 +59,10 @@ struct Survey {
 }
 
 impl ObjText {
-    /// Reads the bytes of `file`.
-    pub(super) fn read(file: &Path, bytes: &[u8]) -> Self {
+    /// Reads the bytes of `file`; positions are taken from `origin`.
+    pub(super) fn read(file: &Path, bytes: &[u8], origin: DVec3) -> Self {
         let mut warnings = Warnings::new(file);
-        let mut out = Self { vertices: Vec::with_capacity(bytes.len()), ..Self::default() };
+        let mut out = Self { vertices: Vec::with_capacity(bytes.len()), origin, ..Self::default() };
         let survey = out.read_vertices(bytes, &mut warnings);
         out.read_faces(bytes, &survey, &mut warnings);
         out.report = warnings.finish();
@@ -114,9 +117,16 @@ impl ObjText {
     fn position(&mut self, rest: &[u8], line: u32, survey: &mut Survey, warnings: &mut Warnings) {
         let index = survey.totals[V];
         survey.totals[V] += 1;
-        if numbers::<3>(rest).is_some_and(|p| p.iter().all(|x| x.abs() <= MAX_COORDINATE)) {
+        let moved = text::position(rest).map(|p| p - self.origin);
+        match moved.filter(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE) {
             // A fourth number (w) belongs to rational curves; colours after it are not used.
-            return self.copy_words(b"v", rest, 3);
+            Some(_) if self.origin == DVec3::ZERO => return self.copy_words(b"v", rest, 3),
+            Some(p) => {
+                // Writing to memory cannot fail.
+                let _ = writeln!(self.vertices, "v {} {} {}", p.x as f32, p.y as f32, p.z as f32);
+                return;
+            }
+            None => {}
         }
         survey.unusable.push(index);
         self.vertices.extend_from_slice(b"v 0 0 0\n");

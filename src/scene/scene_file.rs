@@ -5,7 +5,7 @@ use super::light::{Light, LightKind};
 use super::report::Report;
 use super::toml_walk::{At, Document, Table};
 use super::{Display, EmissionSide, ToneMapping};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -42,9 +42,9 @@ pub(super) struct Description {
     pub display: Display,
 }
 
-/// Reads the scene file `file`; what is wrong is in the report, the rest has defaults.
-pub(super) fn read(file: &Path, text: &str) -> (Description, Report) {
-    let (mut document, root) = Document::parse(file, text);
+/// Reads the scene file `file`, whose point `origin` becomes the origin; what is wrong is in the report, the rest has defaults.
+pub(super) fn read(file: &Path, text: &str, origin: DVec3) -> (Description, Report) {
+    let (mut document, root) = Document::parse(file, text, origin);
     let mut table = Table::root(&mut document, &root);
     let mut out = Description::default();
     let directory = file.parent().unwrap_or(Path::new(""));
@@ -104,9 +104,9 @@ fn name_all<T, O>(t: &mut Table, entries: Vec<At<Entry<T>>>, what: &str, make: i
 
 fn read_camera(t: &mut Table) -> Entry<Camera> {
     let name = t.string("name");
-    let position = t.vector("position");
+    let position = t.position("position");
     let position = t.required("position", position);
-    let look_at = t.vector("look_at");
+    let look_at = t.position("look_at");
     let look_at = t.required("look_at", look_at);
     let up = t.vector("up");
     let fov = t.number_in("vertical_fov", "degrees between 0 and 180", |fov| fov > 0.0 && fov < 180.0);
@@ -183,7 +183,7 @@ fn read_light(t: &mut Table) -> Entry<LightKind> {
 }
 
 fn read_point(t: &mut Table) -> Option<LightKind> {
-    let position = t.vector("position");
+    let position = t.position("position");
     let position = t.required("position", position);
     let intensity = t.colour("intensity");
     let intensity = t.required("intensity", intensity);
@@ -191,7 +191,7 @@ fn read_point(t: &mut Table) -> Option<LightKind> {
 }
 
 fn read_spot(t: &mut Table) -> Option<LightKind> {
-    let position = t.vector("position");
+    let position = t.position("position");
     let position = t.required("position", position);
     let intensity = t.colour("intensity");
     let intensity = t.required("intensity", intensity);

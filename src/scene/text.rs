@@ -1,6 +1,7 @@
 //! Lines, words and numbers of OBJ and MTL files, which are bytes in no certain encoding.
 
 use super::report::Report;
+use glam::DVec3;
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -89,6 +90,12 @@ pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
 /// A finite number, or `None`.
 pub(super) fn number(word: &[u8]) -> Option<f32> {
     std::str::from_utf8(word).ok()?.parse::<f32>().ok().filter(|x| x.is_finite())
+}
+
+/// The first three words as a position, in double precision.
+pub(super) fn position(rest: &[u8]) -> Option<DVec3> {
+    let mut numbers = words(rest).map(|word| std::str::from_utf8(word).ok()?.parse::<f64>().ok());
+    Some(DVec3::new(numbers.next()??, numbers.next()??, numbers.next()??))
 }
 
 /// Text of a name: UTF-8 where it is, Latin-1 otherwise.

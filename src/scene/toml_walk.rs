@@ -1,7 +1,7 @@
 //! Walking a TOML document by hand, so that every fault is found, with its line.
 
 use super::report::Report;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use std::ops::Range;
 use std::path::Path;
 use toml::Spanned;
@@ -14,6 +14,8 @@ pub(super) struct Document<'a> {
     /// Offsets of the line feeds.
     line_ends: Vec<usize>,
     report: Report,
+    /// What is subtracted from positions.
+    origin: DVec3,
 }
 
 /// A value with its line.
@@ -26,11 +28,12 @@ pub(super) struct At<T> {
 }
 
 impl<'a> Document<'a> {
-    /// Reads `text`; syntax errors are noted, what could be read is returned.
-    pub(super) fn parse(file: &'a Path, text: &'a str) -> (Self, Spanned<DeTable<'a>>) {
+    /// Reads `text`, in which positions are given in the coordinates of the file: they are moved so that `origin` becomes the
+    /// origin. Syntax errors are noted, what could be read is returned.
+    pub(super) fn parse(file: &'a Path, text: &'a str, origin: DVec3) -> (Self, Spanned<DeTable<'a>>) {
         let (root, errors) = DeTable::parse_recoverable(text);
         let line_ends = memchr::memchr_iter(b'\n', text.as_bytes()).collect();
-        let mut document = Self { file, text, line_ends, report: Report::default() };
+        let mut document = Self { file, text, line_ends, report: Report::default(), origin };
         for error in errors {
             let line = error.span().map_or(1, |span| document.line(span));
             document.error(line, format!("TOML: {}", error.message().replace('\n', ", ")));
@@ -189,11 +192,14 @@ impl<'d, 'a> Table<'d, 'a> {
 
     /// Three finite numbers.
     pub(super) fn vector(&mut self, key: &'static str) -> Option<At<Vec3>> {
-        self.typed(key, "an array of three finite numbers", |value| {
-            let items = value.as_array()?;
-            let numbers: Option<Vec<f32>> = items.iter().map(|item| number(item.get_ref())).collect();
-            <[f32; 3]>::try_from(numbers?).ok().map(Vec3::from)
-        })
+        self.typed(key, THREE_NUMBERS, |value| vector(value).map(DVec3::as_vec3).filter(|v| v.is_finite()))
+    }
+
+    /// A position, moved as the document says.
+    pub(super) fn position(&mut self, key: &'static str) -> Option<At<Vec3>> {
+        let origin = self.document.origin;
+        let moved = |value: &DeValue<'a>| vector(value).map(|v| (v - origin).as_vec3()).filter(|v| v.is_finite());
+        self.typed(key, THREE_NUMBERS, moved)
     }
 
     /// Three finite numbers of at least 0: a colour.
@@ -248,15 +254,26 @@ impl<'d, 'a> Table<'d, 'a> {
     }
 }
 
+/// What a vector has to be.
+const THREE_NUMBERS: &str = "an array of three finite numbers";
+
+fn vector(value: &DeValue) -> Option<DVec3> {
+    let items = value.as_array()?;
+    let numbers: Option<Vec<f64>> = items.iter().map(|item| double(item.get_ref())).collect();
+    <[f64; 3]>::try_from(numbers?).ok().map(DVec3::from)
+}
+
 /// A number of TOML as a finite f32.
 fn number(value: &DeValue) -> Option<f32> {
-    let parsed: f64 = match value {
-        DeValue::Float(float) => float.as_str().parse().ok()?,
-        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok()? as f64,
-        _ => return None,
-    };
-    let narrow = parsed as f32;
-    narrow.is_finite().then_some(narrow)
+    double(value).map(|wide| wide as f32).filter(|narrow| narrow.is_finite())
+}
+
+fn double(value: &DeValue) -> Option<f64> {
+    match value {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|i| i as f64),
+        _ => None,
+    }
 }
 
 /// The known name that is most like another, if any is.

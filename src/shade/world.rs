@@ -55,14 +55,14 @@ pub struct World<'a> {
 /// Probes of a dark vertex, all of which must hit back faces.
 const PROBES: u32 = 8;
 
-/// Length of the contact test against the scene's diagonal.
+/// Length of the contact test against the scene's scale.
 const CONTACT: f32 = 2e-4;
 
 impl<'a> World<'a> {
-    /// The world of a scene; `diagonal` is the scene's.
+    /// The world of a scene; `scale` is the scene's.
     #[must_use]
-    pub const fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a Lights, seed: u64, diagonal: f32) -> Self {
-        Self { scene, bvh, lights, seed, contact: diagonal * CONTACT }
+    pub const fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a Lights, seed: u64, scale: f32) -> Self {
+        Self { scene, bvh, lights, seed, contact: scale * CONTACT }
     }
 
     /// The points of a light mesh as seen from a vertex.

@@ -136,7 +136,7 @@ pub fn terrain(n: u32) -> Scene {
 
 /// The scene's first camera on an image.
 pub fn view_of(scene: &Scene, width: u32, height: u32) -> View {
-    View::new(&scene.cameras[0].camera, ImageSize { width, height }, scene.diagonal())
+    scene.view(&scene.cameras[0].camera, ImageSize { width, height })
 }
 
 /// Loads a scene and draws what its first camera sees.

@@ -22,7 +22,7 @@ fn draw(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
 pub(super) fn values_and_fresh(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
     let Context { mesh, visible, .. } = context;
     let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
-    plan.split_by_mask(mesh, visible, values, |leaves, on_face| Step::Values { leaves, on_face });
+    plan.split_by_id(mesh, visible, values, |leaves, on_face| Step::Values { leaves, on_face });
     plan.draw_fresh(mesh, visible, batch);
 }
 

@@ -1,0 +1,21 @@
+#version 460
+// Visibility of faces whose distance is that of their plane: equal to the bit for all faces of it, so that the later drawn is seen.
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+#include "texture.glsl"
+
+layout(location = 0) flat in uint face;
+layout(location = 1) flat in vec4 plane;
+layout(location = 2) in vec2 uv;
+layout(location = 0) out uint id;
+
+void main() {
+    uint map_d = frame.materials.at[frame.triangles.at[face >> 1].material].map_d;
+    if (map_d != NONE && !is_opaque(map_d, uv)) {
+        discard;
+    }
+    vec2 ndc = (gl_FragCoord.xy + frame.jitter) * frame.pixel - 1.0;
+    vec3 direction = frame.forward + frame.right * ndc.x + frame.down * ndc.y;
+    gl_FragDepth = frame.depth_of_inverse.x * dot(plane.xyz, direction) / plane.w + frame.depth_of_inverse.y;
+    id = face + 1u;
+}

@@ -1,0 +1,22 @@
+#version 460
+// Visibility of faces whose distance is that of their plane (scene::coplanar), in ascending rank.
+#extension GL_GOOGLE_include_directive : require
+#include "frame.glsl"
+#include "position.glsl"
+
+layout(location = 0) flat out uint face;
+layout(location = 1) flat out vec4 plane; // normal; distance of the plane from the eye along it
+layout(location = 2) out vec2 uv;
+
+void main() {
+    uint drawn = uint(gl_VertexIndex) / 3u;
+    uint corner = uint(gl_VertexIndex) % 3u;
+    face = frame.coplanar.at[drawn].face;
+    vec3 normal = frame.coplanar.at[drawn].normal;
+    plane = vec4(normal, frame.coplanar.at[drawn].offset - dot(normal, frame.eye));
+    Triangle t = frame.triangles.at[face >> 1];
+    uv = t.uv[corner];
+    // The eye sees one side of a triangle; the other shrinks to a point.
+    bool seen = frame.coplanar.at[drawn].towards * plane.w < 0.0;
+    set_position(frame.positions.at[t.corners[seen ? corner : 0u]]);
+}
