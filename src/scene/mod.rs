@@ -8,6 +8,7 @@ pub mod camera_path;
 mod emitters;
 pub mod footprint;
 mod framing;
+pub mod horizon;
 mod input;
 pub mod light;
 pub mod load;
