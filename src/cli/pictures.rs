@@ -40,6 +40,12 @@ impl Picture {
     pub fn label(&self) -> String {
         if self.of > 1 { format!(" (picture {} of {})", self.index + 1, self.of) } else { String::new() }
     }
+
+    /// Which one it is, for what is said of it: nothing if there is only one.
+    #[must_use]
+    pub fn prefix(&self) -> String {
+        if self.of > 1 { format!("picture {} of {}: ", self.index + 1, self.of) } else { String::new() }
+    }
 }
 
 impl Pictures {

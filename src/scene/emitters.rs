@@ -1,6 +1,7 @@
 //! Area lights: one for each connected component of emissive triangles of one material.
 
 use super::light::{Light, LightKind};
+use super::union::Union;
 use super::{Scene, TriangleId};
 use rustc_hash::FxHashMap;
 
@@ -9,7 +10,7 @@ use rustc_hash::FxHashMap;
 pub(super) fn find(scene: &Scene) -> Vec<Light> {
     let emissive: Vec<u32> =
         (0..scene.triangles.len() as u32).filter(|&t| scene.material(TriangleId(t)).is_emissive()).collect();
-    let mut union = Union { parent: (0..emissive.len() as u32).collect() };
+    let mut union = Union::new(emissive.len() as u32);
     let mut first_at: FxHashMap<(u32, u32), u32> = FxHashMap::default();
     for (k, &t) in emissive.iter().enumerate() {
         let material = scene.triangle_materials[t as usize].0;
@@ -42,27 +43,6 @@ fn name(scene: &Scene, components: Vec<(u32, Vec<TriangleId>)>) -> Vec<Light> {
         Light { name, kind: LightKind::Area { triangles } }
     };
     components.into_iter().map(light).collect()
-}
-
-/// Disjoint sets; the smallest member is the root.
-struct Union {
-    parent: Vec<u32>,
-}
-
-impl Union {
-    fn root(&mut self, mut k: u32) -> u32 {
-        while self.parent[k as usize] != k {
-            let above = self.parent[self.parent[k as usize] as usize];
-            self.parent[k as usize] = above;
-            k = above;
-        }
-        k
-    }
-
-    fn join(&mut self, a: u32, b: u32) {
-        let (a, b) = (self.root(a), self.root(b));
-        self.parent[a.max(b) as usize] = a.min(b);
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Loading a scene: a scene file or a bare OBJ, its materials and textures; every fault with its place.
 
+use super::framing::UpAxis;
 use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, MaterialId};
@@ -8,6 +9,7 @@ use super::obj_text::ObjText;
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::stock::Stock;
+use super::subject::Subject;
 use super::text::Warnings;
 use super::texture::{Texture, TextureId};
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, textures};
@@ -74,8 +76,16 @@ pub struct Timings {
 /// [`Error::Io`] when `path` itself cannot be read; [`Error::Input`] with all faults, warnings included, when anything
 /// refuses the scene or nothing is left to draw.
 pub fn load(path: &Path) -> Result<Loaded> {
+    load_with(path, None)
+}
+
+/// Loads the scene file or OBJ at `path`; `up` says which axis of a bare OBJ points up, y if nothing does.
+///
+/// # Errors
+/// Those of [`load`]; [`Error::Usage`] where a scene file comes with `up`.
+pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
     let start = Instant::now();
-    let (description, mut report) = describe(path)?;
+    let (description, mut report) = describe(path, up)?;
     let mut timings = Timings::default();
     let files = read_objs(path, &description, &mut report);
     timings.text = start.elapsed();
@@ -110,7 +120,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
 }
 
 /// What is to be loaded. A bare OBJ is a scene of one file.
-fn describe(path: &Path) -> Result<(Description, Report)> {
+fn describe(path: &Path, up: Option<UpAxis>) -> Result<(Description, Report)> {
     let refuse = |why: String| {
         let mut report = Report::default();
         report.error(path, None, why);
@@ -121,6 +131,10 @@ fn describe(path: &Path) -> Result<(Description, Report)> {
         return Err(refuse("is a directory: name a scene file or an OBJ in it".into()));
     }
     match input::kind(path).map_err(refuse)? {
+        Kind::SceneFile if up.is_some() => {
+            let file = path.display();
+            Err(Error::Usage(format!("--up is for a bare OBJ: in {file}, up = [x, y, z] of a [[camera]] says it")))
+        }
         Kind::SceneFile => {
             let bytes = input::read_scene_file(path).map_err(refuse)?;
             let text = String::from_utf8(bytes).map_err(|_| refuse("is not UTF-8, which TOML has to be".into()))?;
@@ -132,7 +146,7 @@ fn describe(path: &Path) -> Result<(Description, Report)> {
                 std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
             }
             let objs = vec![scene_file::ObjName { path: path.to_owned(), line: None }];
-            let description = Description { objs, ..Description::default() };
+            let description = Description { objs, up: up.unwrap_or_default(), ..Description::default() };
             Ok((description, Report::default()))
         }
     }
@@ -281,7 +295,7 @@ fn finish_scene(
     }
     let area_lights = emitters::find(&scene);
     add_lights(&mut scene.lights, area_lights);
-    complete_view(path, &mut scene, report);
+    complete_view(path, description.up, &mut scene, report);
     scene
 }
 
@@ -297,15 +311,23 @@ fn add_lights(lights: &mut Vec<Light>, more: Vec<Light>) {
 }
 
 /// A camera and a light where the scene has none.
-fn complete_view(path: &Path, scene: &mut Scene, report: &mut Report) {
-    let Some((lo, hi)) = scene.bounds() else { return };
+fn complete_view(path: &Path, up: UpAxis, scene: &mut Scene, report: &mut Report) {
+    if !scene.cameras.is_empty() && !scene.lights.is_empty() {
+        return;
+    }
+    let Some(subject) = Subject::of(scene, up) else { return };
     if scene.cameras.is_empty() {
-        let camera = framing::camera(lo, hi);
-        report.warn(path, None, format!("no camera: framed the whole scene from {}", camera.position));
+        let camera = framing::camera(&subject, up);
+        let from = camera.position;
+        let message = match subject.left_out() {
+            Some(left_out) => format!("no camera: framed from {from}; {left_out}"),
+            None => format!("no camera: framed the whole scene from {from}"),
+        };
+        report.warn(path, None, message);
         scene.cameras.push(NamedCamera { name: "framed".into(), camera });
     }
     if scene.lights.is_empty() {
         report.warn(path, None, "no light and nothing emits: one point light was added");
-        scene.lights.push(Light { name: "added".into(), kind: framing::light(lo, hi) });
+        scene.lights.push(Light { name: "added".into(), kind: framing::light(&subject, up) });
     }
 }
