@@ -67,7 +67,7 @@ struct Point {
 }
 
 impl Shown<'_> {
-    /// Why the picture is black and what to do; `None` if it is not.
+    /// Why the picture is black and what to do; `None` if it is not, or was switched off.
     #[must_use]
     pub fn why_black(&self) -> Option<String> {
         let covered: Vec<usize> = (0..self.combined.len()).filter(|&p| self.layers.face_id[p] != 0).collect();
@@ -79,6 +79,9 @@ impl Shown<'_> {
             return None;
         }
         let shining: Vec<&Light> = self.shining().collect();
+        if shining.is_empty() && self.scene.lights.iter().any(|light| self.power(light).max_element() > 0.0) {
+            return None; // Edits of the camera path have switched them off.
+        }
         let points: Vec<Point> = evenly(&covered).map(|&pixel| self.point(pixel)).collect();
         let cause = self
             .no_power(&shining)
@@ -137,7 +140,7 @@ impl Shown<'_> {
     fn no_power(&self, shining: &[&Light]) -> Option<String> {
         shining.is_empty().then(|| {
             let count = self.scene.lights.len();
-            format!("none of the scene's lights ({count}) shines: they have no power or are switched off")
+            format!("none of the scene's lights ({count}) shines: give them power")
         })
     }
 
@@ -338,9 +341,11 @@ mod tests {
 
     #[test]
     fn what_does_not_shine_or_reflect_is_named() {
-        let mut picture = Picture::new(point(Vec3::Z));
-        picture.factors = vec![Vec3::ZERO];
+        let mut picture = Picture::new(LightKind::Point { position: Vec3::Z, intensity: Vec3::ZERO });
         contains(&picture, "none of the scene's lights (1) shines");
+        picture = Picture::new(point(Vec3::Z));
+        picture.factors = vec![Vec3::ZERO];
+        assert_eq!(picture.why(), "", "it was switched off");
         picture.factors.clear();
         picture.layers.kd.fill([0.0; 3]);
         contains(&picture, "is black (material wall)");
