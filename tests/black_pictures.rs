@@ -181,6 +181,8 @@ fn a_signal_while_the_hierarchy_is_built_ends_at_once_with_the_outputs() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let mut said = String::new();
     std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut said).unwrap();
-    assert!(folder.path().join("o.png").exists() && folder.path().join("l.json").exists());
+    let summary: serde_json::Value = serde_json::from_slice(&fs::read(folder.path().join("l.json")).unwrap()).unwrap();
+    assert!(summary["times"]["bvh"].is_null(), "it waited for the hierarchy: {summary}");
+    assert!(folder.path().join("o.png").exists());
     assert!(said.contains("warning: the run ended before"), "{said}");
 }
