@@ -289,7 +289,7 @@ fn stand_ins_are_listed_and_said_once() {
     }
     let folder = tempfile::tempdir().unwrap();
     stand_in_scene(folder.path());
-    let output = run(folder.path(), "render a.toml --size 64x48 --frames 1 -o a.png --log l.csv -q");
+    let output = run(folder.path(), "render a.toml --size 64x48 --rays 20000 -o a.png --log l.csv -q");
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let summary = std::fs::read_to_string(folder.path().join("l.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
@@ -360,7 +360,8 @@ fn ctrl_c_writes_what_there_is() {
     assert!(start.elapsed() < Duration::from_secs(30));
     let said = stderr(&output);
     assert!(said.contains("interrupted: finishing the frame") && said.contains("(interrupted)"), "{said}");
-    assert_eq!(said.lines().count(), 2, "{said}");
+    let early = said.lines().filter(|line| line.starts_with("warning: the run ended (interrupted) before")).count();
+    assert_eq!(said.lines().count() - early, 2, "{said}");
     assert!(rows() >= before, "rows were lost");
     let image = penombre::image::exr::read_rgb(&folder.path().join("a.exr")).unwrap();
     assert!(image.rgb.iter().any(|c| c.max_element() > 0.0), "the image is black");

@@ -37,7 +37,7 @@ pub fn run(args: &BenchArgs) -> Result<Outcome> {
     if let Some(Study::Convergence(args)) = &args.study {
         return convergence::run(args);
     }
-    let scene_args = SceneArgs { path: scene_path(args)?, camera: args.camera.clone(), size: SIZE };
+    let scene_args = SceneArgs { path: scene_path(args)?, camera: args.camera.clone(), size: SIZE, up: args.up };
     let loaded = scene::load_and_warn(&scene_args, args.cpu.verbosity)?;
     let camera = scene::camera(&loaded.scene, args.camera.as_deref())?;
     let view = scene::view(&loaded.scene, &camera, &scene_args);

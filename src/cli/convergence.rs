@@ -46,7 +46,7 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
         Error::Usage(format!("{}: no pixel is left to compare, or all are black", args.reference.display()))
     })?;
     let gpu = setup::open_gpu(&args.device, size, RendererOptions::new)?;
-    let scene_args = SceneArgs { path: args.scene.clone(), camera: args.camera.clone(), size };
+    let scene_args = SceneArgs { path: args.scene.clone(), camera: args.camera.clone(), size, up: args.up };
     let Loaded { scene, .. } = scene::load_and_warn(&scene_args, args.cpu.verbosity)?;
     let camera = scene::camera(&scene, args.camera.as_deref())?;
     let view = scene::view(&scene, &camera, &scene_args);

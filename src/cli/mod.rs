@@ -2,6 +2,7 @@
 
 pub mod args;
 pub mod bench;
+mod black_picture;
 pub mod compare;
 pub mod convergence;
 pub mod convergence_report;

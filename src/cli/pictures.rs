@@ -5,6 +5,7 @@ use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::camera_path::{CameraPath, load_camera_path};
+use crate::scene::horizon::Horizon;
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 
@@ -16,7 +17,7 @@ const MOST_PICTURES: f32 = 86_400.0;
 /// The pictures of a run.
 pub struct Pictures {
     camera: Camera,
-    path: Option<CameraPath>,
+    path: Option<(CameraPath, Horizon)>,
     count: u64,
 }
 
@@ -39,6 +40,12 @@ impl Picture {
     pub fn label(&self) -> String {
         if self.of > 1 { format!(" (picture {} of {})", self.index + 1, self.of) } else { String::new() }
     }
+
+    /// Which one it is, for what is said of it: nothing if there is only one.
+    #[must_use]
+    pub fn prefix(&self) -> String {
+        if self.of > 1 { format!("picture {} of {}: ", self.index + 1, self.of) } else { String::new() }
+    }
 }
 
 impl Pictures {
@@ -50,11 +57,12 @@ impl Pictures {
         let Some(file) = &args.camera_path else { return Ok(Self { camera, path: None, count: 1 }) };
         let path = load_camera_path(file, scene.origin)?;
         path.check_lights(file, &scene.lights)?;
+        let horizon = Horizon::of(&path, camera.up, file)?;
         let count = match args.budget.frames {
             Some(count) => count,
             None => default_count(file, path.duration())?,
         };
-        Ok(Self { camera, path: Some(path), count })
+        Ok(Self { camera, path: Some((path, horizon)), count })
     }
 
     /// How many there are.
@@ -67,10 +75,13 @@ impl Pictures {
     #[must_use]
     pub fn picture(&self, index: u64, scene: &Scene) -> Picture {
         let of = self.count;
-        let Some(path) = &self.path else { return Picture { index, of, camera: self.camera, factors: Vec::new() } };
+        let Some((path, horizon)) = &self.path else {
+            return Picture { index, of, camera: self.camera, factors: Vec::new() };
+        };
         let time = (f64::from(path.duration()) * index as f64 / (of - 1).max(1) as f64) as f32;
         let factors = path.factors_at(time, &scene.lights);
-        Picture { index, of, camera: path.camera_at(time, &self.camera), factors }
+        let camera = horizon.hold(time, path.camera_at(time, &self.camera));
+        Picture { index, of, camera, factors }
     }
 
     /// Where a picture is written that was asked for as `path`.

@@ -41,6 +41,15 @@ impl Progress {
         }
     }
 
+    /// Says what keeps the first frame waiting, once that has taken a while.
+    pub fn waits(&self, elapsed: Duration) {
+        const A_WHILE: Duration = Duration::from_millis(500);
+        if elapsed >= A_WHILE && !self.bar.is_hidden() {
+            self.bar.set_message(format!("building the ray hierarchy, {:.1} s", elapsed.as_secs_f64()));
+            self.bar.tick();
+        }
+    }
+
     /// Prints a line above the progress line.
     pub fn report(&self, text: &str) {
         self.bar.suspend(|| super::output::report(text));

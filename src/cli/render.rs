@@ -5,7 +5,7 @@ use super::pictures::{Picture, Pictures};
 use super::progress::Progress;
 use super::session::{Ended, Session};
 use super::setup::{self, EngineSetup};
-use super::stills::Shot;
+use super::stills::{Shot, Still};
 use super::yardstick::Yardstick;
 use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
@@ -133,6 +133,8 @@ fn aim(session: &mut Session<'_>, scene: &Scene, picture: Picture) -> Result<Aim
 fn make(session: &mut Session<'_>, scene: &Scene, pictures: &Pictures, summary: &mut Summary) -> Result<Ended> {
     let mut aimed = aim(session, scene, pictures.picture(0, scene))?;
     let mut run = session.start()?;
+    // Of the pictures of a path the first that is doubtful speaks for all.
+    let mut doubted = false;
     loop {
         let Aimed { picture, view, visible } = aimed;
         let by = session.draw(&mut run, &picture, visible)?;
@@ -148,10 +150,12 @@ fn make(session: &mut Session<'_>, scene: &Scene, pictures: &Pictures, summary: 
         for path in &session.args.output.paths {
             let path = pictures.file(path, &picture);
             if let Some(warning) = still.write(&path, &comments)? {
-                let warning = format!("{}: warning: {warning}", path.display());
-                session.progress.report(&warning);
-                summary.warnings.push(warning);
+                warn(session, summary, &format!("{}: warning: {warning}", path.display()));
             }
+        }
+        if !doubted && let Some(doubt) = run.unfinished(by).or_else(|| black(&still, scene, &picture)) {
+            doubted = true;
+            warn(session, summary, &format!("warning: {}{doubt}", picture.prefix()));
         }
         let next = picture.index + 1;
         if next == pictures.count() || interrupt::requested() {
@@ -161,6 +165,16 @@ fn make(session: &mut Session<'_>, scene: &Scene, pictures: &Pictures, summary: 
         }
         aimed = aim(session, scene, pictures.picture(next, scene))?;
     }
+}
+
+/// What is to be said of a black picture; `None` if it is none.
+fn black(still: &Still<'_>, scene: &Scene, picture: &Picture) -> Option<String> {
+    still.shown(scene, &picture.factors).why_black().map(|why| format!("the picture is black: {why}"))
+}
+
+fn warn(session: &Session<'_>, summary: &mut Summary, line: &str) {
+    session.progress.report(line);
+    summary.warnings.push(line.to_owned());
 }
 
 /// Prints what was not destroyed, where the validation layers listen (`PENOMBRE_VALIDATION=1`); their own messages are
@@ -182,7 +196,7 @@ fn finish(args: &RenderArgs, mut summary: Summary, gpu: &setup::Gpu, ended: &End
     summary.size = [args.scene.size.width, args.scene.size.height];
     summary.times.device = Some(gpu.device_seconds);
     summary.times.pipelines = Some(gpu.pipeline_seconds);
-    summary.times.first_frame = Some(ended.first_frame);
+    summary.times.first_frame = ended.first_frame;
     summary.times.complete_frame = ended.complete_frame;
     summary.times.total = Some(start.elapsed().as_secs_f64());
     summary.frames = ended.frames;

@@ -5,7 +5,7 @@ use super::output;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, View};
-use crate::scene::load::{Loaded, load};
+use crate::scene::load::{Loaded, load_with};
 
 /// Warnings printed at most without `-v`.
 const MAX_WARNINGS: usize = 20;
@@ -13,9 +13,9 @@ const MAX_WARNINGS: usize = 20;
 /// Loads the scene and prints the loader's warnings: with `-v` each, else what is alike in one line, and not too many.
 ///
 /// # Errors
-/// As [`load`]: every fault of the input is listed.
+/// As [`load_with`]: every fault of the input is listed.
 pub fn load_and_warn(args: &SceneArgs, verbosity: VerbosityArgs) -> Result<Loaded> {
-    let loaded = load(&args.path)?;
+    let loaded = load_with(&args.path, args.up)?;
     if verbosity.verbose {
         loaded.report.faults.iter().for_each(|fault| output::report(&fault.to_string()));
         return Ok(loaded);

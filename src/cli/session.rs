@@ -21,6 +21,9 @@ const RAYS_A_FRAME: u64 = 20_000;
 /// Frames between a count of pixels and the engine hearing of it under `--deterministic`.
 const COUNTS_LAG: usize = 2;
 
+/// How often a signal is looked for, and the progress line drawn, while nothing else happens.
+const TICK: Duration = Duration::from_millis(50);
+
 /// Occlusion queries of a frame: 13 to 30 µs each on a software rasteriser.
 const QUERIES_A_FRAME: u32 = 128;
 
@@ -54,7 +57,7 @@ pub struct Ended {
     /// The engine's last totals.
     pub engine: EngineStats,
     /// From the start of the process to the first frame combined, seconds.
-    pub first_frame: f64,
+    pub first_frame: Option<f64>,
     /// From the start of the process to the first frame in which every visible vertex has a value, seconds.
     pub complete_frame: Option<f64>,
     /// From the first frame to the end, seconds.
@@ -68,7 +71,10 @@ pub struct Run {
     share: BudgetArgs,
     /// Generation of its view.
     wanted: u32,
-    first_frame: Instant,
+    /// When the first frame began.
+    first_frame: Option<Instant>,
+    /// When the first light was there: what `--time` counts from.
+    first_light: Option<Instant>,
     last_combine: Option<Instant>,
     frames: u64,
     stats: EngineStats,
@@ -82,21 +88,21 @@ pub struct Run {
 }
 
 impl Session<'_> {
-    /// Starts the clock and the log.
+    /// Starts the log.
     ///
     /// # Errors
     /// The log cannot be written.
     pub fn start(&self) -> Result<Run> {
-        let first_frame = Instant::now();
         let log = match &self.args.log {
-            Some(path) => Some(FrameLog::create(path, first_frame, self.reference.is_some())?),
+            Some(path) => Some(FrameLog::create(path, self.reference.is_some())?),
             None => None,
         };
         Ok(Run {
             log,
             share: self.args.budget,
             wanted: 0,
-            first_frame,
+            first_frame: None,
+            first_light: None,
             last_combine: None,
             frames: 0,
             stats: EngineStats::default(),
@@ -121,10 +127,9 @@ impl Session<'_> {
         loop {
             let moved = self.take_updates(run)?;
             if moved && self.args.camera_path.is_some() {
-                // From here on, so that waiting for the first view (the hierarchy is built) takes from all alike.
-                let elapsed = run.first_frame.elapsed();
-                run.share = self.args.budget.share(picture.index, picture.of, elapsed, run.stats.rays);
+                run.share = self.args.budget.share(picture.index, picture.of, since(run.first_light), run.stats.rays);
             }
+            run.first_frame.get_or_insert_with(Instant::now);
             let by = self.ended_by(run);
             self.frame(run, moved, by.is_some())?;
             if let Some(by) = by {
@@ -133,10 +138,17 @@ impl Session<'_> {
         }
     }
 
-    /// Hands the engine's updates to the renderer; whether a new view was among them.
+    /// Hands the engine's updates to the renderer; whether there is a new view to draw.
     fn take_updates(&mut self, run: &mut Run) -> Result<bool> {
-        let updates = if self.args.engine.deterministic { self.one_step(run)? } else { self.arrived(run)? };
-        let mut moved = false;
+        let updates = if run.generation != Some(run.wanted) {
+            self.view_arrives(run)?
+        } else if self.args.engine.deterministic {
+            self.one_step()?
+        } else {
+            self.arrived(run)?
+        };
+        // Broken off before there was an engine: bare geometry is drawn.
+        let mut moved = run.generation.is_none() && updates.is_empty();
         for update in updates {
             if run.generation != Some(update.generation) {
                 run.generation = Some(update.generation);
@@ -144,6 +156,9 @@ impl Session<'_> {
                 moved = true;
             }
             run.stats = update.stats;
+            if run.stats.rays > 0 || run.stats.complete {
+                run.first_light.get_or_insert_with(Instant::now);
+            }
             self.note_levels(&update);
             self.renderer.apply(&update)?;
         }
@@ -161,11 +176,27 @@ impl Session<'_> {
         }
     }
 
-    /// Lockstep: the first frame takes the view's update, each later one a fixed amount of work.
-    fn one_step(&self, run: &Run) -> Result<Vec<Update>> {
-        if run.generation == Some(run.wanted) {
-            self.engine.step(RAYS_A_FRAME);
+    /// The updates of a new view, the first of which shows all of it; what is left of the view before is void. The first view
+    /// waits until there is an engine; none comes if a signal breaks that off.
+    fn view_arrives(&self, run: &Run) -> Result<Vec<Update>> {
+        let start = Instant::now();
+        loop {
+            let mut updates: Vec<Update> = self.engine.wait_for(TICK).into_iter().collect();
+            updates.extend(self.engine.drain().ok_or_else(engine_died)?);
+            updates.retain(|update| update.generation == run.wanted);
+            let broken_off = interrupt::requested() && run.generation.is_none();
+            if !updates.is_empty() || broken_off {
+                return Ok(updates);
+            }
+            if run.generation.is_none() {
+                self.progress.waits(start.elapsed());
+            }
         }
+    }
+
+    /// Lockstep: a fixed amount of work.
+    fn one_step(&self) -> Result<Vec<Update>> {
+        self.engine.step(RAYS_A_FRAME);
         Ok(vec![self.engine.wait().ok_or_else(engine_died)?])
     }
 
@@ -175,14 +206,7 @@ impl Session<'_> {
             self.args.refresh.saturating_sub(last.elapsed()).max(Duration::from_millis(1))
         });
         let mut updates: Vec<Update> = Vec::new();
-        if run.generation != Some(run.wanted) {
-            // What is left of the view before is void.
-            let mut update = self.engine.wait().ok_or_else(engine_died)?;
-            while update.generation != run.wanted {
-                update = self.engine.wait().ok_or_else(engine_died)?;
-            }
-            updates.push(update);
-        } else if !run.stats.converged && !self.renderer.has_pending() {
+        if !run.stats.converged && !self.renderer.has_pending() {
             updates.extend(self.engine.wait_for(due));
         }
         updates.extend(self.engine.drain().ok_or_else(engine_died)?);
@@ -198,7 +222,7 @@ impl Session<'_> {
         }
         let reached = [
             ("interrupted", interrupt::requested()),
-            ("time", budget.time.is_some_and(|limit| run.first_frame.elapsed() >= limit)),
+            ("time", budget.time.is_some_and(|limit| since(run.first_light) >= limit)),
             ("frames", budget.frames.is_some_and(|limit| run.frames + 1 >= limit)),
             ("rays", budget.rays.is_some_and(|limit| run.stats.rays >= limit)),
             ("error", budget.least_error().is_some_and(|limit| run.stats.estimated_error.is_some_and(|e| e <= limit))),
@@ -226,7 +250,7 @@ impl Session<'_> {
             run.shown(now);
         }
         self.log_row(run, moved, now, &passes, (combine, last))?;
-        self.progress.update(run.first_frame.elapsed(), &run.stats);
+        self.progress.update(since(run.first_frame), &run.stats);
         run.frames += 1;
         Ok(())
     }
@@ -276,7 +300,7 @@ impl Session<'_> {
         };
         log.record(&FrameRecord {
             frame: run.frames,
-            at: now,
+            at: run.first_frame.map_or(Duration::ZERO, |first| now.duration_since(first)),
             camera_moved: moved,
             passes: pass_record(passes),
             engine: run.stats,
@@ -297,6 +321,24 @@ impl Run {
         }
     }
 
+    /// What is to be said of a picture that is left, because of `by`, before every vertex that it shows has a value.
+    #[must_use]
+    pub fn unfinished(&self, by: &str) -> Option<String> {
+        let EngineStats { unlit, visible, complete, .. } = self.stats;
+        if complete {
+            return None;
+        }
+        Some(if self.generation.is_none() {
+            "the run ended before the ray hierarchy was built: there is no light in the picture".to_owned()
+        } else {
+            let share = (unlit * 100).div_ceil(visible.max(1));
+            format!(
+                "the run ended ({by}) before every visible vertex had a value: {unlit} of {visible} ({share} %) have none, and \
+                 are black or guessed from others; give it more time"
+            )
+        })
+    }
+
     /// What was done up to now, which ends because of `by`; `start` is when the process started.
     #[must_use]
     pub fn ended(&self, by: &'static str, start: Instant) -> Ended {
@@ -305,11 +347,16 @@ impl Run {
             by,
             frames: self.frames,
             engine: self.stats,
-            first_frame: since_start(self.first_shown.unwrap_or(self.first_frame)),
+            first_frame: self.first_shown.map(since_start),
             complete_frame: self.complete_shown.map(since_start),
-            elapsed: self.first_frame.elapsed().as_secs_f64(),
+            elapsed: since(self.first_frame).as_secs_f64(),
         }
     }
+}
+
+/// Time since then; none if that is still to come.
+fn since(then: Option<Instant>) -> Duration {
+    then.map_or(Duration::ZERO, |then| then.elapsed())
 }
 
 fn engine_died() -> Error {

@@ -1,12 +1,13 @@
 //! The images that a run leaves behind.
 
+use super::black_picture::Shown;
 use crate::error::{Error, Result};
 use crate::image::exr::{Provenance, RenderLayers, write_render};
 use crate::image::film::{Film, jitter};
 use crate::image::{FileFormat, png};
 use crate::pass::{FrameOptions, Layers, Renderer, UpdateMode};
-use crate::scene::Display;
 use crate::scene::camera::{Camera, View};
+use crate::scene::{Display, Scene};
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use std::path::Path;
 
@@ -72,6 +73,13 @@ fn combined(layers: &Layers) -> Vec<Vec4> {
 }
 
 impl Still<'_> {
+    /// What it shows of a scene whose lights count `factors` times what they were loaded with.
+    #[must_use]
+    pub const fn shown<'a>(&'a self, scene: &'a Scene, factors: &'a [Vec3]) -> Shown<'a> {
+        let Shot { view, display, .. } = *self.shot;
+        Shown { scene, view, display, factors, combined: self.combined.as_slice(), layers: &self.layers }
+    }
+
     /// Writes one file, in the format that its name asks for; a warning where values could not be held.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ use crate::pass::{DepthFormat, DepthOrder, UpdateMode};
 use crate::refine::options::Priority;
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
+use crate::scene::framing::UpAxis;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -115,6 +116,11 @@ pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
 /// A priority by name.
 pub fn priority() -> impl TypedValueParser<Value = Priority> {
     named(Priority::NAMES)
+}
+
+/// The axis that points up, by name.
+pub fn up_axis() -> impl TypedValueParser<Value = UpAxis> {
+    named(UpAxis::NAMES)
 }
 
 /// A hemisphere method by name.

@@ -5,7 +5,7 @@ use crate::refine::update::EngineStats;
 use csv::{ByteRecord, Writer};
 use std::fs::File;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Columns of every log.
 const COLUMNS: [&str; 18] = [
@@ -71,8 +71,8 @@ pub struct FrameError {
 pub struct FrameRecord {
     /// Frame number, from 0.
     pub frame: u64,
-    /// When the frame was complete.
-    pub at: Instant,
+    /// When the frame was complete, since the first frame began.
+    pub at: Duration,
     /// Whether the camera moved since the frame before.
     pub camera_moved: bool,
     /// The passes.
@@ -90,21 +90,19 @@ pub struct FrameRecord {
 pub struct FrameLog {
     path: PathBuf,
     writer: Writer<File>,
-    first_frame: Instant,
     with_error: bool,
     /// The engine's CPU time at the row before, seconds.
     cpu_before: f64,
 }
 
 impl FrameLog {
-    /// Creates the file and writes the header; `first_frame` is time 0, `with_error` adds the error columns.
+    /// Creates the file and writes the header; `with_error` adds the error columns.
     ///
     /// # Errors
     /// [`Error::Io`] naming the file.
-    pub fn create(path: &Path, first_frame: Instant, with_error: bool) -> Result<Self> {
+    pub fn create(path: &Path, with_error: bool) -> Result<Self> {
         let file = File::create(path).map_err(|e| Error::io(path, "cannot create", e))?;
-        let mut log =
-            Self { path: path.to_owned(), writer: Writer::from_writer(file), first_frame, with_error, cpu_before: 0.0 };
+        let mut log = Self { path: path.to_owned(), writer: Writer::from_writer(file), with_error, cpu_before: 0.0 };
         let errors = if with_error { ERROR_COLUMNS.as_slice() } else { &[] };
         log.write(&COLUMNS.iter().chain(errors).collect::<ByteRecord>())?;
         Ok(log)
@@ -116,7 +114,7 @@ impl FrameLog {
     /// [`Error::Io`] naming the file.
     pub fn record(&mut self, row: &FrameRecord) -> Result<()> {
         let cpu_seconds = row.engine.cpu_seconds - std::mem::replace(&mut self.cpu_before, row.engine.cpu_seconds);
-        let mut fields = fields(row, row.at.saturating_duration_since(self.first_frame), cpu_seconds);
+        let mut fields = fields(row, cpu_seconds);
         if self.with_error {
             fields.extend([
                 scientific(row.error.map(|e| e.rmse)),
@@ -134,11 +132,11 @@ impl FrameLog {
     }
 }
 
-fn fields(row: &FrameRecord, time: Duration, cpu_seconds: f64) -> Vec<String> {
+fn fields(row: &FrameRecord, cpu_seconds: f64) -> Vec<String> {
     let FrameRecord { passes, engine, .. } = row;
     vec![
         row.frame.to_string(),
-        milliseconds(Some(time)),
+        milliseconds(Some(row.at)),
         u8::from(row.camera_moved).to_string(),
         format!("{:.3}", cpu_seconds * 1e3),
         milliseconds(passes.visibility),
@@ -178,7 +176,7 @@ mod tests {
     const HEADER: &str = "frame,time_ms,camera_moved,cpu_ms,visibility_ms,colour_ms,luminance_ms,combine_ms,readback_ms,\
         dirty_parents,children_drawn,queries,query_pixels,rays,vertices,triangles,memory_mib,estimated_error";
 
-    fn row(at: Instant) -> FrameRecord {
+    fn row(at: Duration) -> FrameRecord {
         let engine = EngineStats {
             rays: 1000,
             vertices: 20,
@@ -200,15 +198,14 @@ mod tests {
     fn rows_are_on_disk_at_once_and_what_did_not_run_is_empty() {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("frames.csv");
-        let start = Instant::now();
-        let mut log = FrameLog::create(&path, start, false).expect("log");
+        let mut log = FrameLog::create(&path, false).expect("log");
         assert_eq!(std::fs::read_to_string(&path).expect("log"), format!("{HEADER}\n"));
-        log.record(&row(start + Duration::from_millis(40))).expect("row");
+        log.record(&row(Duration::from_millis(40))).expect("row");
         // The log is still open: the row must not wait in a buffer.
         let first = format!("{HEADER}\n3,40.000,1,12.500,,,1.500,0.000,,0,,,,1000,20,30,12.3,\n");
         assert_eq!(std::fs::read_to_string(&path).expect("log"), first);
 
-        let mut next = row(start + Duration::from_micros(80_500));
+        let mut next = row(Duration::from_micros(80_500));
         next.engine.cpu_seconds += 0.030;
         log.record(&next).expect("row");
         let second = "3,80.500,1,30.000,,,1.500,0.000,,0,,,,1000,20,30,12.3,\n";
@@ -219,13 +216,12 @@ mod tests {
     fn a_reference_adds_error_columns() {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("frames.csv");
-        let start = Instant::now();
-        let mut log = FrameLog::create(&path, start, true).expect("log");
-        let mut with = row(start);
+        let mut log = FrameLog::create(&path, true).expect("log");
+        let mut with = row(Duration::ZERO);
         with.error = Some(FrameError { rmse: 0.5, relmse: 1.25e-7, flip: Some(0.125) });
         with.engine.estimated_error = Some(0.25);
         log.record(&with).expect("row");
-        log.record(&row(start)).expect("row");
+        log.record(&row(Duration::ZERO)).expect("row");
         with.error = Some(FrameError { rmse: 0.5, relmse: 1.25e-7, flip: None });
         log.record(&with).expect("row");
         let text = std::fs::read_to_string(&path).expect("log");
@@ -239,15 +235,14 @@ mod tests {
     #[test]
     fn faults_name_the_file() {
         let folder = tempfile::tempdir().expect("folder");
-        let error =
-            FrameLog::create(&folder.path().join("no/frames.csv"), Instant::now(), false).expect_err("no folder");
+        let error = FrameLog::create(&folder.path().join("no/frames.csv"), false).expect_err("no folder");
         assert!(error.to_string().contains("frames.csv: cannot create"), "{error}");
     }
 
     #[cfg(target_os = "linux")]
     #[test]
     fn a_full_disk_is_an_error() {
-        let error = FrameLog::create(Path::new("/dev/full"), Instant::now(), false).expect_err("full");
+        let error = FrameLog::create(Path::new("/dev/full"), false).expect_err("full");
         assert!(error.to_string().contains("/dev/full: cannot write"), "{error}");
     }
 }

@@ -264,10 +264,10 @@ impl Engine {
                 self.cache.vertices[vertex.0].pixels += share;
             }
         }
-        let mut seen = FxHashSet::default();
-        let vertices = slots.iter().map(|s| self.cache.slots[s.0].vertex);
+        let vertices: FxHashSet<VertexId> = slots.iter().map(|s| self.cache.slots[s.0].vertex).collect();
+        self.stats.visible = vertices.len() as u64;
         let mut order: Vec<VertexId> =
-            vertices.filter(|&v| !self.cache.vertices[v.0].progress.visited && seen.insert(v)).collect();
+            vertices.into_iter().filter(|v| !self.cache.vertices[v.0].progress.visited).collect();
         let pixels = |v: &VertexId| self.cache.vertices[v.0].pixels;
         // Among equals in no order of place: what the first find of the lights is to speak for the rest.
         let key = |v: &VertexId| self.cache.vertices[v.0].key;

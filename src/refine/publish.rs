@@ -217,6 +217,7 @@ impl Engine {
         self.stats.cpu_seconds = self.workers.cpu_seconds() + own;
         self.stats.triangles = self.cache.leaves.live() as u64 - self.published.retired.len() as u64;
         self.stats.cache_bytes = self.cache.bytes() as u64;
+        self.stats.unlit = self.first_visits.len() as u64;
         self.stats.complete = self.first_visits.is_empty();
         self.stats.estimated_error =
             if self.stats.complete { self.image.relative(self.audits.expected()) } else { None };

@@ -5,6 +5,8 @@ use super::nice::lower_priority;
 use super::update::Update;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
 use glam::Vec3;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -36,11 +38,14 @@ const BATCH: Duration = Duration::from_millis(4);
 /// Updates that may wait to be taken: a frame loop that falls further behind makes the engine wait.
 const WAITING: usize = 64;
 
-/// A running engine. Dropping it stops the thread after its present batch.
+/// A running engine. Dropping it stops the thread after its present batch; one that is still being made is left to itself, and
+/// stops when it is.
 pub struct EngineThread {
     commands: Option<Sender<Command>>,
     updates: Option<Receiver<Update>>,
     thread: Option<JoinHandle<()>>,
+    /// Whether the engine is made.
+    made: Arc<AtomicBool>,
 }
 
 impl EngineThread {
@@ -51,11 +56,15 @@ impl EngineThread {
     pub fn spawn(pace: Pace, build: impl FnOnce() -> Engine + Send + 'static) -> std::io::Result<Self> {
         let (commands, inbox) = unbounded();
         let (outbox, updates) = bounded(WAITING);
+        let made = Arc::new(AtomicBool::new(false));
+        let is_made = Arc::clone(&made);
         let thread = std::thread::Builder::new().name("penombre-engine".to_owned()).spawn(move || {
             lower_priority();
-            run(&mut build(), pace, &inbox, &outbox);
+            let mut engine = build();
+            is_made.store(true, Ordering::Release);
+            run(&mut engine, pace, &inbox, &outbox);
         })?;
-        Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread) })
+        Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread), made })
     }
 
     /// Sends a new view. A stopped engine is noticed by [`Self::drain`].
@@ -117,7 +126,7 @@ impl Drop for EngineThread {
         // Both ends: the engine may be waiting to hand an update over.
         self.commands = None;
         self.updates = None;
-        if let Some(thread) = self.thread.take() {
+        if let Some(thread) = self.thread.take().filter(|_| self.made.load(Ordering::Acquire)) {
             // A panic of the engine has been reported by the panic hook.
             let _ = thread.join();
         }

@@ -78,6 +78,10 @@ pub struct EngineStats {
     pub cpu_seconds: f64,
     /// Estimated relative error of the image; `None` while nothing can be said.
     pub estimated_error: Option<f32>,
+    /// Visible vertices of the scene's own mesh and of what was split before.
+    pub visible: u64,
+    /// Those of them that have no value yet.
+    pub unlit: u64,
     /// Every visible vertex has a first value.
     pub complete: bool,
     /// Nothing is left to do for this camera.

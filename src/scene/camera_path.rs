@@ -27,6 +27,8 @@ pub struct CameraKey {
     pub position: Vec3,
     /// Point looked at.
     pub look_at: Vec3,
+    /// Line of the file, from 1, for messages.
+    pub line: u32,
 }
 
 /// A change of a light at a time.
@@ -102,7 +104,7 @@ fn read_key(t: &mut Table) -> Option<CameraKey> {
     if position.value == look_at.value {
         t.error(look_at.line, "look_at is the camera's position: look at another point");
     }
-    Some(CameraKey { time: time?, position: position.value, look_at: look_at.value })
+    Some(CameraKey { time: time?, position: position.value, look_at: look_at.value, line: t.line })
 }
 
 fn read_edit(t: &mut Table) -> Option<LightEdit> {
@@ -170,7 +172,10 @@ impl CameraPath {
     }
 
     /// The camera at `time`, seconds: `base` moved along a Catmull-Rom spline through the keys, which rests before the
-    /// first and after the last.
+    /// first, after the last, and between keys that agree. Its `up` is the base's: [`Horizon`] turns it where that is no
+    /// horizon.
+    ///
+    /// [`Horizon`]: super::horizon::Horizon
     #[must_use]
     pub fn camera_at(&self, time: f32, base: &Camera) -> Camera {
         let at = |value: fn(&CameraKey) -> Vec3| self.interpolate(time, value);
@@ -188,6 +193,9 @@ impl CameraPath {
         }
         let next = self.keys.partition_point(|key| key.time <= time);
         let (a, b) = (&self.keys[next - 1], &self.keys[next]);
+        if value(a) == value(b) {
+            return Some(value(a));
+        }
         let span = b.time - a.time;
         let t = (time - a.time) / span;
         let (ta, tb) = (self.tangent(next - 1, value) * span, self.tangent(next, value) * span);
@@ -202,7 +210,7 @@ impl CameraPath {
     }
 
     /// Velocity at key `i`: that of the parabola through it and its neighbours (Catmull-Rom for uneven times), of the
-    /// chord at the ends.
+    /// chord at the ends; none beside a rest, which would be overshot.
     fn tangent(&self, i: usize, value: fn(&CameraKey) -> Vec3) -> Vec3 {
         let slope = |k: usize| {
             let (a, b) = (&self.keys[k], &self.keys[k + 1]);
@@ -216,6 +224,9 @@ impl CameraPath {
             return before;
         }
         let (after, dt_after) = slope(i);
+        if before == Vec3::ZERO || after == Vec3::ZERO {
+            return Vec3::ZERO;
+        }
         (before * dt_after + after * dt_before) / (dt_before + dt_after)
     }
 }
@@ -227,8 +238,12 @@ mod tests {
     const BASE: Camera = Camera { position: Vec3::ZERO, look_at: Vec3::X, up: Vec3::Y, vertical_fov: 30.0 };
 
     fn parabola(times: &[f32]) -> CameraPath {
-        let key =
-            |&time: &f32| CameraKey { time, position: Vec3::new(time, time * time, 1.0), look_at: Vec3::splat(9.0) };
+        let key = |&time: &f32| CameraKey {
+            time,
+            position: Vec3::new(time, time * time, 1.0),
+            look_at: Vec3::splat(9.0),
+            line: 1,
+        };
         CameraPath { keys: times.iter().map(key).collect(), edits: Vec::new() }
     }
 
@@ -249,6 +264,37 @@ mod tests {
         assert_eq!(path.camera_at(f32::NAN, &BASE).position, Vec3::ONE);
         assert_eq!(path.camera_at(1.5, &BASE).vertical_fov, 30.0);
         assert_eq!(parabola(&[3.0]).camera_at(3.5, &BASE).position, Vec3::new(3.0, 9.0, 1.0));
+    }
+
+    #[test]
+    fn what_two_keys_agree_on_rests_between_them() {
+        let key = |time: f32, x: f32, z: f32| CameraKey {
+            time,
+            position: Vec3::X * x,
+            look_at: Vec3::new(0.0, 5.0, z),
+            line: 1,
+        };
+        // The position rests from 1 s to 3 s, the point looked at from 2 s to 3 s, and the keys at the end agree.
+        let keys = vec![
+            key(0., 8., 0.),
+            key(1., 3., 1.),
+            key(2., 3., 2.),
+            key(3., 3., 2.),
+            key(4., -3., 4.),
+            key(5., -3., 4.),
+        ];
+        let path = CameraPath { keys, edits: Vec::new() };
+        let at = |time: f32| path.camera_at(time, &BASE);
+        for i in 0..=100 {
+            let t = i as f32 / 100.0;
+            assert_eq!(at(1.0 + 2.0 * t).position.x, 3.0);
+            assert_eq!(at(2.0 + t).look_at.z, 2.0);
+            assert!((3.0..=8.0).contains(&at(t).position.x) && (-3.0..=3.0).contains(&at(3.0 + t).position.x));
+            assert_eq!(at(4.0 + t).position.x, -3.0);
+        }
+        assert!((1.4..1.8).contains(&at(1.5).look_at.z), "it goes on turning");
+        let speed = |time: f32| (at(time + 1e-3).position - at(time).position).length() / 1e-3;
+        assert!(speed(0.998) < 0.1 && speed(0.5) > 5.0, "it comes to rest gently");
     }
 
     #[test]

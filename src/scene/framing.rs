@@ -2,49 +2,64 @@
 
 use super::camera::Camera;
 use super::light::LightKind;
+use super::subject::Subject;
 use glam::Vec3;
 
 /// Vertical field of view of the framing camera, degrees.
 const FOV: f32 = 40.0;
 
-/// A camera outside the bounds, three quarters from the front (+z) and a little above, that shows all of them in any
-/// image that is not taller than wide.
-pub(super) fn camera(lo: Vec3, hi: Vec3) -> Camera {
-    let centre = (lo + hi) * 0.5;
-    let radius = radius(lo, hi);
-    let direction = Vec3::new(0.5, 0.35, 1.0).normalize();
-    let distance = radius / (FOV.to_radians() * 0.5).sin();
-    Camera { position: centre + direction * distance, look_at: centre, up: Vec3::Y, vertical_fov: FOV }
+/// Which axis of a file points up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum UpAxis {
+    /// The y axis; the front is +z.
+    #[default]
+    Y,
+    /// The z axis; the front is −y.
+    Z,
 }
 
-/// A point light up, right and in front of the bounds, twice their radius away, whose irradiance at the centre is π: a
-/// white diffuse surface facing it there has radiance 1.
-pub(super) fn light(lo: Vec3, hi: Vec3) -> LightKind {
-    let distance = 2.0 * radius(lo, hi);
-    let position = (lo + hi) * 0.5 + Vec3::new(0.6, 1.0, 0.8).normalize() * distance;
-    LightKind::Point { position, intensity: Vec3::splat(std::f32::consts::PI * distance * distance) }
+impl UpAxis {
+    /// All of them with the names that options use.
+    pub const NAMES: [(&'static str, Self); 2] = [("y", Self::Y), ("z", Self::Z)];
+
+    /// The direction up.
+    #[must_use]
+    pub const fn vector(self) -> Vec3 {
+        match self {
+            Self::Y => Vec3::Y,
+            Self::Z => Vec3::Z,
+        }
+    }
+
+    /// A direction of the file, from how far it goes right, up and to the front.
+    fn direction(self, [right, up, front]: [f32; 3]) -> Vec3 {
+        let along = match self {
+            Self::Y => Vec3::new(right, up, front),
+            Self::Z => Vec3::new(right, -front, up),
+        };
+        along.normalize()
+    }
+}
+
+/// A camera outside the subject's bounds, three quarters from the front and a little above, that shows all of them in any
+/// image that is not taller than wide; on this side of what surrounds them.
+pub(super) fn camera(subject: &Subject, up: UpAxis) -> Camera {
+    let centre = subject.lo.midpoint(subject.hi);
+    let distance = radius(subject) / (FOV.to_radians() * 0.5).sin();
+    let position = subject.within(centre + up.direction([0.5, 0.35, 1.0]) * distance);
+    Camera { position, look_at: centre, up: up.vector(), vertical_fov: FOV }
+}
+
+/// A point light up, right and in front of the subject's bounds, twice their radius away or on this side of what surrounds
+/// them, whose irradiance at the centre is π: a white diffuse surface facing it there has radiance 1.
+pub(super) fn light(subject: &Subject, up: UpAxis) -> LightKind {
+    let centre = subject.lo.midpoint(subject.hi);
+    let position = subject.within(centre + up.direction([0.6, 1.0, 0.8]) * 2.0 * radius(subject));
+    let squared = position.distance_squared(centre);
+    LightKind::Point { position, intensity: Vec3::splat(std::f32::consts::PI * squared) }
 }
 
 /// Radius of the sphere around the bounds; positive even for a single point.
-fn radius(lo: Vec3, hi: Vec3) -> f32 {
-    ((hi - lo).length() * 0.5).max(1e-6)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::scene::camera::{ImageSize, View};
-    use glam::Vec2;
-
-    #[test]
-    fn every_corner_of_the_bounds_is_in_the_image() {
-        let (lo, hi) = (Vec3::new(-3.0, 10.0, 5.0), Vec3::new(1.0, 11.0, 25.0));
-        let size = ImageSize { width: 300, height: 300 };
-        let clip = View::new(&camera(lo, hi), size, (hi - lo).length()).clip_from_world(Vec2::ZERO);
-        for corner in 0..8 {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { lo[axis] } else { hi[axis] };
-            let p = clip * Vec3::new(pick(0), pick(1), pick(2)).extend(1.0);
-            assert!(p.w > 0.0 && (p.x / p.w).abs() <= 1.0 && (p.y / p.w).abs() <= 1.0, "{p}");
-        }
-    }
+fn radius(subject: &Subject) -> f32 {
+    ((subject.hi - subject.lo).length() * 0.5).max(1e-6)
 }

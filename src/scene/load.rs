@@ -1,6 +1,7 @@
 //! Loading a scene: a scene file or a bare OBJ, its materials and textures; every fault with its place.
 
 use super::coplanar::Coplanar;
+use super::framing::UpAxis;
 use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, MaterialId};
@@ -9,6 +10,7 @@ use super::obj_text::ObjText;
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::stock::Stock;
+use super::subject::Subject;
 use super::text::Warnings;
 use super::texture::{Texture, TextureId};
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
@@ -76,8 +78,16 @@ pub struct Timings {
 /// [`Error::Io`] when `path` itself cannot be read; [`Error::Input`] with all faults, warnings included, when anything
 /// refuses the scene or nothing is left to draw.
 pub fn load(path: &Path) -> Result<Loaded> {
+    load_with(path, None)
+}
+
+/// Loads the scene file or OBJ at `path`; `up` says which axis of a bare OBJ points up, y if nothing does.
+///
+/// # Errors
+/// Those of [`load`]; [`Error::Usage`] where a scene file comes with `up`.
+pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
     let start = Instant::now();
-    let main = open(path)?;
+    let main = open(path, up)?;
     let (description, mut report) = main.describe(path, DVec3::ZERO);
     let mut timings = Timings::default();
     let (paths, bytes) = read_objs(path, &description, &mut report);
@@ -120,10 +130,11 @@ pub fn load(path: &Path) -> Result<Loaded> {
 enum Main {
     /// A scene file's text.
     SceneFile(String),
-    Obj,
+    /// A bare OBJ, and which of its axes points up.
+    Obj(UpAxis),
 }
 
-fn open(path: &Path) -> Result<Main> {
+fn open(path: &Path, up: Option<UpAxis>) -> Result<Main> {
     let refuse = |why: String| {
         let mut report = Report::default();
         report.error(path, None, why);
@@ -134,6 +145,10 @@ fn open(path: &Path) -> Result<Main> {
         return Err(refuse("is a directory: name a scene file or an OBJ in it".into()));
     }
     match input::kind(path).map_err(refuse)? {
+        Kind::SceneFile if up.is_some() => {
+            let file = path.display();
+            Err(Error::Usage(format!("--up is for a bare OBJ: in {file}, up = [x, y, z] of a [[camera]] says it")))
+        }
         Kind::SceneFile => {
             let bytes = input::read_scene_file(path).map_err(refuse)?;
             let text = String::from_utf8(bytes).map_err(|_| refuse("is not UTF-8, which TOML has to be".into()))?;
@@ -144,7 +159,7 @@ fn open(path: &Path) -> Result<Main> {
             if data.is_file() {
                 std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
             }
-            Ok(Main::Obj)
+            Ok(Main::Obj(up.unwrap_or_default()))
         }
     }
 }
@@ -154,9 +169,9 @@ impl Main {
     fn describe(&self, path: &Path, origin: DVec3) -> (Description, Report) {
         match self {
             Self::SceneFile(text) => scene_file::read(path, text, origin),
-            Self::Obj => {
+            Self::Obj(up) => {
                 let objs = vec![scene_file::ObjName { path: path.to_owned(), line: None }];
-                (Description { objs, ..Description::default() }, Report::default())
+                (Description { objs, up: *up, ..Description::default() }, Report::default())
             }
         }
     }
@@ -331,7 +346,7 @@ fn finish_scene(
     scene.coplanar = Coplanar::find(&scene);
     let area_lights = emitters::find(&scene);
     add_lights(&mut scene.lights, area_lights);
-    complete_view(path, &mut scene, report);
+    complete_view(path, description.up, &mut scene, report);
     scene
 }
 
@@ -347,19 +362,23 @@ fn add_lights(lights: &mut Vec<Light>, more: Vec<Light>) {
 }
 
 /// A camera and a light where the scene has none.
-fn complete_view(path: &Path, scene: &mut Scene, report: &mut Report) {
-    let Some((lo, hi)) = scene.bounds() else { return };
+fn complete_view(path: &Path, up: UpAxis, scene: &mut Scene, report: &mut Report) {
+    if !scene.cameras.is_empty() && !scene.lights.is_empty() {
+        return;
+    }
+    let Some(subject) = Subject::of(scene, up) else { return };
     if scene.cameras.is_empty() {
-        let camera = framing::camera(lo, hi);
-        report.warn(
-            path,
-            None,
-            format!("no camera: framed the whole scene from {}", readable(camera.position.as_dvec3() + scene.origin)),
-        );
+        let camera = framing::camera(&subject, up);
+        let from = readable(camera.position.as_dvec3() + scene.origin);
+        let message = match subject.left_out() {
+            Some(left_out) => format!("no camera: framed from {from}; {left_out}"),
+            None => format!("no camera: framed the whole scene from {from}"),
+        };
+        report.warn(path, None, message);
         scene.cameras.push(NamedCamera { name: "framed".into(), camera });
     }
     if scene.lights.is_empty() {
         report.warn(path, None, "no light and nothing emits: one point light was added");
-        scene.lights.push(Light { name: "added".into(), kind: framing::light(lo, hi) });
+        scene.lights.push(Light { name: "added".into(), kind: framing::light(&subject, up) });
     }
 }

@@ -1,6 +1,7 @@
 //! The scene file: TOML that names geometry and places cameras and lights.
 
 use super::camera::{Camera, NamedCamera};
+use super::framing::UpAxis;
 use super::light::{Light, LightKind};
 use super::report::Report;
 use super::toml_walk::{At, Document, Table};
@@ -40,6 +41,8 @@ pub(super) struct Description {
     pub has_light: bool,
     /// Display settings.
     pub display: Display,
+    /// Which way is up for a camera and a light that are missing.
+    pub up: UpAxis,
 }
 
 /// Reads the scene file `file`, whose point `origin` becomes the origin; what is wrong is in the report, the rest has defaults.

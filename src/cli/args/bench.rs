@@ -4,6 +4,7 @@ use super::{CpuArgs, DeviceArgs, RefinementArgs};
 use crate::cli::values;
 use crate::error::{Error, Result};
 use crate::image::atomic;
+use crate::scene::framing::UpAxis;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -21,6 +22,9 @@ pub struct BenchArgs {
     /// Camera of the scene file [default: the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
+    /// Axis that points up in a bare .obj, for the camera and the light that are added [default: y]
+    #[arg(long, value_name = "AXIS", value_parser = values::up_axis())]
+    pub up: Option<UpAxis>,
     /// Print the figures as JSON
     #[arg(long)]
     pub json: bool,
@@ -45,6 +49,9 @@ pub struct ConvergenceArgs {
     /// Camera of the scene file [default: the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
+    /// Axis that points up in a bare .obj, for the camera and the light that are added [default: y]
+    #[arg(long, value_name = "AXIS", value_parser = values::up_axis())]
+    pub up: Option<UpAxis>,
     /// What errors are measured against, in its size: an image of `reference --filter point`, whole or with --pixels
     #[arg(long, value_name = "REF.exr", required = true, value_parser = values::exr_path)]
     pub reference: PathBuf,

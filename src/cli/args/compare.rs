@@ -5,6 +5,7 @@ use crate::cli::values;
 use crate::compare::replay::MAX_UPDATES;
 use crate::pass::{DepthFormat, DepthOrder, UpdateMode};
 use crate::scene::camera::ImageSize;
+use crate::scene::framing::UpAxis;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -20,6 +21,9 @@ pub struct CompareArgs {
     /// Camera of the scene file, which the tilts start from [default: the first]
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
+    /// Axis that points up in a bare .obj, for the camera and the light that are added [default: y]
+    #[arg(long, value_name = "AXIS", value_parser = values::up_axis())]
+    pub up: Option<UpAxis>,
     /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "512x384", value_parser = values::size)]
     pub size: ImageSize,
@@ -44,7 +48,7 @@ impl CompareArgs {
     /// The scene as other commands take it.
     #[must_use]
     pub fn scene(&self) -> SceneArgs {
-        SceneArgs { path: self.scene.clone(), camera: self.camera.clone(), size: self.size }
+        SceneArgs { path: self.scene.clone(), camera: self.camera.clone(), size: self.size, up: self.up }
     }
 }
 

@@ -17,6 +17,7 @@ use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
 use crate::refine::options::Priority;
 use crate::scene::camera::ImageSize;
+use crate::scene::framing::UpAxis;
 use crate::scene::{Display, ToneMapping};
 use crate::shade::lights::MAX_LIGHT_MESHES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -143,6 +144,9 @@ pub struct SceneArgs {
     /// Image size in pixels
     #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = values::size)]
     pub size: ImageSize,
+    /// Axis that points up in a bare .obj, for the camera and the light that are added [default: y]
+    #[arg(long, value_name = "AXIS", value_parser = values::up_axis())]
+    pub up: Option<UpAxis>,
 }
 
 /// What is written, and how it is displayed.
@@ -179,7 +183,7 @@ impl OutputArgs {
 #[derive(Args, Clone, Copy, Debug, Default)]
 #[command(next_help_heading = "Budgets (the first reached ends the run)")]
 pub struct BudgetArgs {
-    /// Wall-clock seconds from the first frame
+    /// Wall-clock seconds from the first frame with light: loading and building the ray hierarchy come before
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, value_parser = values::seconds)]
     pub time: Option<Duration>,
     /// Frames; with --camera-path the pictures
@@ -348,7 +352,8 @@ impl SceneArgs {
         let ImageSize { width, height } = self.size;
         let scene = self.path.file_name().unwrap_or_default().to_string_lossy();
         let camera = self.camera.as_ref().map_or_else(String::new, |name| format!(" --camera {name}"));
-        format!("penombre {command} {scene} --size {width}x{height}{camera} --seed {seed}")
+        let up = if self.up == Some(UpAxis::Z) { " --up z" } else { "" };
+        format!("penombre {command} {scene} --size {width}x{height}{camera}{up} --seed {seed}")
     }
 }
 
