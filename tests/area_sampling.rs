@@ -63,7 +63,7 @@ fn window() -> Scene {
     let texels =
         (0..8 * 16_u64).map(|i| [0, 8, 16].map(|shift| (mix(i) >> shift) as u8)).map(|[r, g, b]| [r, g, b, 255]);
     scene.textures.push(Texture::new("noise".into(), [8, 16], texels.collect()));
-    scene.materials[0].map_ke = Some(TextureId(0));
+    scene.materials[0].map_ke = Some(TextureId(0).into());
     for (uvs, corners) in scene.uvs.iter_mut().zip(&scene.triangles) {
         *uvs = corners.map(|i| Vec2::new(scene.positions[i as usize].x, scene.positions[i as usize].z) * 1.3);
     }

@@ -20,7 +20,7 @@ impl Reflectances {
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let of = |m: &crate::scene::material::Material| {
-            let texture = m.map_kd.map_or(Vec3::ONE, |t| scene.textures[t.0 as usize].mean());
+            let texture = m.map_kd.as_ref().map_or(Vec3::ONE, |map| scene.texture(map).mean());
             [luminance(m.kd * texture), luminance(m.ks)]
         };
         Self { by_material: scene.materials.iter().map(of).collect() }

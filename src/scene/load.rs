@@ -2,14 +2,14 @@
 
 use super::input::{self, Kind};
 use super::light::Light;
-use super::material::{Material, MaterialId};
+use super::material::{Material, MaterialId, TextureMap};
 use super::obj::{self, SKIP, Soup};
 use super::obj_text::ObjText;
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::stock::Stock;
 use super::text::Warnings;
-use super::texture::{Texture, TextureId};
+use super::texture::Texture;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, textures};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
@@ -201,12 +201,12 @@ fn starts_without_material(faces: &[u8]) -> bool {
     faces.get(after_library) == Some(&b'f')
 }
 
-type Decoded = ((Vec<Texture>, Vec<Option<TextureId>>, Report), Duration);
+type Decoded = ((Vec<Texture>, Vec<Option<TextureMap>>, Report), Duration);
 
 fn decode(stock: &Stock) -> Decoded {
     let start = Instant::now();
     let mut report = Report::default();
-    let requests: Vec<_> = stock.drawn().flat_map(materials::requests).collect();
+    let requests: Vec<_> = stock.drawn().flat_map(materials::requests).map(|(_, request)| request).collect();
     let (images, ids) = textures::decode_all(&requests, &mut report);
     ((images, ids, report), start.elapsed())
 }
@@ -226,11 +226,11 @@ fn assemble(files: &[ObjFile], slots: &[Slots]) -> (Soup, Report, Duration) {
 }
 
 /// The materials of all slots; `ids` answers the requests of the drawn ones, in order.
-fn build_materials(stock: &Stock, ids: &[Option<TextureId>], report: &mut Report) -> Vec<Material> {
+fn build_materials(stock: &Stock, ids: &[Option<TextureMap>], report: &mut Report) -> Vec<Material> {
     let mut answers = ids.iter().copied();
     stock.materials(|m| {
         let mut maps = [None; 3];
-        for map in materials::maps_in_use(m) {
+        for (map, _) in materials::requests(m) {
             maps[map as usize] = answers.next().flatten();
         }
         materials::build(m, maps, report)

@@ -1,11 +1,12 @@
 //! From MTL statements to what the renderer reflects and emits.
 
-use super::material::Material;
+use super::map_options::MapOptions;
+use super::material::{Material, TextureMap};
 use super::mtl::{Map, MtlMaterial};
 use super::obj_text::Named;
 use super::report::Report;
-use super::texture::TextureId;
-use super::textures::{Request, Role};
+use super::texel_source::Role;
+use super::textures::Request;
 use glam::Vec3;
 
 /// Reflectance of a material that names none.
@@ -28,25 +29,22 @@ pub(super) fn is_see_through(m: &MtlMaterial, report: &mut Report) -> bool {
     true
 }
 
-/// The maps that matter to a material.
-pub(super) fn maps_in_use(m: &MtlMaterial) -> impl Iterator<Item = Map> {
+/// The textures that a material asks for, with the map that each is for. A colour map brings its own mask where the material
+/// names none.
+pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> {
     let emits = m.ke.is_none_or(|ke| ke.iter().any(|&c| c > 0.0));
-    [Map::Kd, Map::Ke, Map::D]
-        .into_iter()
-        .filter(move |&map| m.maps[map as usize].is_some() && (map != Map::Ke || emits))
-}
-
-/// The textures that a material asks for: one for each of [`maps_in_use`].
-pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = Request> {
-    maps_in_use(m).filter_map(|map| {
-        let Named { name, line } = m.maps[map as usize].clone()?;
-        let role = if map == Map::D { Role::Mask } else { Role::Colour };
-        Some(Request { name, file: m.file.clone(), line, role })
-    })
+    let roles = [(Map::Kd, Map::Kd, Role::Colour), (Map::Ke, Map::Ke, Role::Emission), (Map::D, Map::D, Role::Mask)];
+    let cut_out = m.maps[Map::D as usize].is_none().then_some((Map::Kd, Map::D, Role::CutOut));
+    roles.into_iter().chain(cut_out).filter(move |&(from, ..)| from != Map::Ke || emits).filter_map(
+        |(from, to, role)| {
+            let Named { name, line } = m.maps[from as usize].clone()?;
+            Some((to, Request { name, file: m.file.clone(), line, role, options: MapOptions::default() }))
+        },
+    )
 }
 
 /// The material with its decoded `textures`, by [`Map`]. Warns of what had to be changed.
-pub(super) fn build(m: &MtlMaterial, textures: [Option<TextureId>; 3], report: &mut Report) -> Material {
+pub(super) fn build(m: &MtlMaterial, textures: [Option<TextureMap>; 3], report: &mut Report) -> Material {
     let mut warn = |line: u32, what: String| report.warn(&m.file, Some(line), format!("material {}: {what}", m.name));
     let [map_kd, map_ke, map_d] = textures;
     let mut kd = m.kd.map_or(Vec3::splat(if map_kd.is_some() { 1.0 } else { DEFAULT_KD }), Vec3::from);
@@ -85,6 +83,7 @@ fn bound(kd: Vec3, ks: Vec3) -> (Vec3, Vec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::texture::TextureId;
 
     fn glossy(kd: [f32; 3], ks: [f32; 3]) -> MtlMaterial {
         MtlMaterial { name: "a".into(), kd: Some(kd), ks: Some(ks), illum: Some(2), ..MtlMaterial::default() }
@@ -103,7 +102,7 @@ mod tests {
     #[test]
     fn black_factor_of_a_map_is_one() {
         let mut report = Report::default();
-        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0)), None, None], &mut report);
+        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0).into()), None, None], &mut report);
         assert_eq!(m.kd, Vec3::ONE);
         assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; 3], &mut report).kd, Vec3::ZERO);
     }

@@ -11,8 +11,10 @@ mod framing;
 mod input;
 pub mod light;
 pub mod load;
+mod map_options;
 pub mod material;
 mod materials;
+mod memory;
 mod mipmap;
 mod mtl;
 mod normals;
@@ -22,6 +24,8 @@ mod polygon;
 pub mod report;
 mod scene_file;
 mod stock;
+mod texel;
+mod texel_source;
 mod text;
 pub mod texture;
 mod textures;
@@ -32,8 +36,8 @@ use camera::NamedCamera;
 use footprint::Footprint;
 use glam::{Vec2, Vec3};
 use light::Light;
-use material::{Material, MaterialId};
-use texture::{Texture, TextureId};
+use material::{Material, MaterialId, TextureMap};
+use texture::Texture;
 
 /// A triangle of the scene: index into [`Scene::triangles`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -198,14 +202,20 @@ impl Scene {
     #[must_use]
     pub fn kd_over(&self, triangle: TriangleId, u: f32, v: f32, footprint: &Footprint) -> Vec3 {
         let m = self.material(triangle);
-        m.kd * m.map_kd.map_or(Vec3::ONE, |map| self.filtered(map, triangle, [u, v], footprint))
+        m.kd * m.map_kd.as_ref().map_or(Vec3::ONE, |map| self.filtered(map, triangle, [u, v], footprint))
     }
 
-    fn filtered(&self, map: TextureId, triangle: TriangleId, [u, v]: [f32; 2], footprint: &Footprint) -> Vec3 {
+    fn filtered(&self, map: &TextureMap, triangle: TriangleId, [u, v]: [f32; 2], footprint: &Footprint) -> Vec3 {
         let [a, b, c] = self.uvs[triangle.0 as usize];
-        let gradient = |d: Vec2| (b - a) * d.x + (c - a) * d.y;
-        let uv = self.uv_at(triangle, u, v);
-        self.textures[map.0 as usize].sample_filtered(uv, gradient(footprint.d_dx), gradient(footprint.d_dy))
+        let gradient = |d: Vec2| ((b - a) * d.x + (c - a) * d.y) * map.scale;
+        let uv = map.place(self.uv_at(triangle, u, v));
+        self.texture(map).sample_filtered(uv, gradient(footprint.d_dx), gradient(footprint.d_dy), map.wrap)
+    }
+
+    /// The texture of a map.
+    #[must_use]
+    pub fn texture(&self, map: &TextureMap) -> &Texture {
+        &self.textures[map.texture.0 as usize]
     }
 
     /// Whether the face emits at all: `Ke` > 0 and the right side.
@@ -228,14 +238,20 @@ impl Scene {
             return Vec3::ZERO;
         }
         let m = self.material(face.triangle());
-        m.ke * m.map_ke.map_or(Vec3::ONE, |map| self.filtered(map, face.triangle(), [u, v], footprint))
+        m.ke * m.map_ke.as_ref().map_or(Vec3::ONE, |map| self.filtered(map, face.triangle(), [u, v], footprint))
     }
 
-    /// The cut-out rule, the same everywhere: `map_d` level 0, bilinear, repeat, opaque at ≥ 0.5.
+    /// The most that a material emits at any point, W·sr⁻¹·m⁻².
+    #[must_use]
+    pub fn peak_emission(&self, material: &Material) -> Vec3 {
+        material.ke * material.map_ke.as_ref().map_or(1.0, |map| self.texture(map).peak())
+    }
+
+    /// The cut-out rule, the same everywhere: `map_d` level 0, bilinear, opaque at ≥ 0.5.
     #[must_use]
     pub fn is_opaque_at(&self, triangle: TriangleId, u: f32, v: f32) -> bool {
-        match self.material(triangle).map_d {
-            Some(t) => self.textures[t.0 as usize].alpha(self.uv_at(triangle, u, v)) >= 0.5,
+        match &self.material(triangle).map_d {
+            Some(map) => self.texture(map).alpha(map.place(self.uv_at(triangle, u, v)), map.wrap) >= 0.5,
             None => true,
         }
     }

@@ -33,7 +33,7 @@ pub struct AreaSource {
     pub(super) textured: bool,
     /// Where a texture makes it uneven.
     pub(super) parts: Parts,
-    /// Luminance of the mean radiance against that of the untextured emission, an upper bound since texels are ≤ 1.
+    /// Luminance of the mean radiance against the most that any point emits.
     mean_to_peak: f32,
     /// What it sends at most.
     pub(super) reach: Reach,
@@ -69,7 +69,7 @@ impl AreaSource {
         let hi = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
         let (centre, radius) = ((lo + hi) * 0.5, (hi - lo).length() * 0.5);
         let facets = Facets::new(facets);
-        let peak = first.map_or(0.0, |m| luminance(m.ke));
+        let peak = first.map_or(0.0, |m| luminance(scene.peak_emission(m)));
         Self {
             distant: Distant::new(&outlines, centre, radius),
             panel: if textured { None } else { Panel::new(&outlines).map(Box::new) },

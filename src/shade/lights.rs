@@ -120,7 +120,7 @@ impl Lights {
             _ => None,
         });
         let sources: Vec<Source> = scene.lights.iter().map(|light| Source::new(scene, light)).collect();
-        let powers: Vec<Vec3> = scene.lights.iter().map(|light| power(scene, &light.kind)).collect();
+        let powers: Vec<Vec3> = sources.iter().map(|source| power(scene, source)).collect();
         let meshes = meshes(&sources, &powers, max_meshes);
         let mut of_source = vec![(0, 0); sources.len()];
         for (mesh, at) in (0..).zip(&meshes) {
@@ -304,17 +304,18 @@ impl Source {
 }
 
 /// What a light sends in all directions, W: roughly, for a directional light or a spot.
-fn power(scene: &Scene, kind: &LightKind) -> Vec3 {
+fn power(scene: &Scene, source: &Source) -> Vec3 {
+    let kind = match source {
+        Source::Area(area) => return area.mean_radiance() * (area.facets.area as f32 * PI),
+        Source::Delta(kind) => kind,
+    };
     match kind {
         LightKind::Point { intensity, .. } => *intensity * (2.0 * TAU),
         LightKind::Spot { intensity, cos_inner, cos_outer, .. } => {
             *intensity * (TAU * (1.0 - (cos_inner + cos_outer) * 0.5))
         }
         LightKind::Directional { irradiance, .. } => *irradiance * (PI / 4.0 * scene.diagonal().powi(2)),
-        LightKind::Area { triangles } => {
-            let emitted = |&t: &TriangleId| scene.material(t).ke * (scene.area_vector(t).length() * 0.5 * PI);
-            triangles.iter().map(emitted).sum()
-        }
+        LightKind::Area { .. } => Vec3::ZERO,
     }
 }
 
