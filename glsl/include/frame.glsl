@@ -90,6 +90,7 @@ struct Frame {
     Materials materials;
     Textures textures;
     Texels texels;
+    uvec2 colours; // address of three vertex colours a triangle, 0 without any
     Slots slots;
     Leaves leaves;
     LeafList leaf_list;

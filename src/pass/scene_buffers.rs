@@ -26,6 +26,8 @@ pub(super) struct SceneBuffers {
     maps: TextureMaps,
     pub textures: Buffer,
     pub texels: Buffer,
+    /// Vertex colours, where the scene has any.
+    pub colours: Option<Buffer>,
     /// Triangles without mask, drawn first.
     pub opaque_count: u32,
     /// Triangles with one, after them.
@@ -47,9 +49,12 @@ impl SceneBuffers {
         let (lit, of_triangle) = LitMaterials::new(scene, &maps);
         let materials = lit.lit(&[]);
         let mut fill = |name, data: &[u8]| filled(device, commands, name, data);
+        let colours = bytemuck::cast_slice(&scene.colours);
+        let colours = if colours.is_empty() { None } else { Some(fill("vertex colours", colours)?) };
         let buffers = Self {
             positions: fill("positions", bytemuck::cast_slice(&scene.positions))?,
             triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene, &of_triangle)))?,
+            colours,
             drawn: fill("drawn triangles", bytemuck::cast_slice(&drawn))?,
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
             textures: fill("textures", bytemuck::cast_slice(&maps.headers))?,

@@ -23,6 +23,8 @@ pub(super) struct FrameUniform {
     pub materials: u64,
     pub textures: u64,
     pub texels: u64,
+    /// Address of three vertex colours a triangle; 0 without any.
+    pub colours: u64,
     pub slots: u64,
     pub leaves: u64,
     pub leaf_list: u64,
@@ -135,7 +137,7 @@ pub(super) struct GpuLookupRoot {
 
 host_matches_shader!(FrameUniform, frame, {
     clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, drawn: DRAWN,
-    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, slots: SLOTS, leaves: LEAVES,
+    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, colours: COLOURS, slots: SLOTS, leaves: LEAVES,
     leaf_list: LEAF_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
     list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, leaf_pixels: LEAF_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,

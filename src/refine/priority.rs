@@ -34,7 +34,9 @@ impl Reflectances {
     }
 
     fn of_face(&self, scene: &Scene, face: FaceId) -> [f32; 2] {
-        self.by_material[scene.triangle_materials[face.triangle().0 as usize].0 as usize]
+        let [kd, ks] = self.by_material[scene.triangle_materials[face.triangle().0 as usize].0 as usize];
+        let colour = scene.colour_at(face.triangle(), 1.0 / 3.0, 1.0 / 3.0);
+        [kd * luminance(colour), ks]
     }
 
     /// Square of the share of D's noise that a face shows.

@@ -29,6 +29,11 @@ pub(super) fn is_see_through(m: &MtlMaterial, report: &mut Report) -> bool {
     true
 }
 
+/// Whether a material leaves the colour to others.
+pub(super) fn has_no_colour(m: &MtlMaterial) -> bool {
+    m.kd.is_none() && m.maps[Map::Kd as usize].is_none()
+}
+
 /// The textures that a material asks for, with the map that each is for. A colour map brings its own mask where the material
 /// names none.
 pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> {
@@ -43,11 +48,17 @@ pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> 
     )
 }
 
-/// The material with its decoded `textures`, by [`Map`]. Warns of what had to be changed.
-pub(super) fn build(m: &MtlMaterial, textures: [Option<TextureMap>; 3], report: &mut Report) -> Material {
+/// The material with its decoded `textures`, by [`Map`]; vertex colours are the reflectance of a `painted` one. Warns of what had
+/// to be changed.
+pub(super) fn build(
+    m: &MtlMaterial,
+    textures: [Option<TextureMap>; 3],
+    painted: bool,
+    report: &mut Report,
+) -> Material {
     let mut warn = |line: u32, what: String| report.warn(&m.file, Some(line), format!("material {}: {what}", m.name));
     let [map_kd, map_ke, map_d] = textures;
-    let mut kd = m.kd.map_or(Vec3::splat(if map_kd.is_some() { 1.0 } else { DEFAULT_KD }), Vec3::from);
+    let mut kd = m.kd.map_or(Vec3::splat(if map_kd.is_some() || painted { 1.0 } else { DEFAULT_KD }), Vec3::from);
     if map_kd.is_some() && kd == Vec3::ZERO {
         warn(m.line, "Kd 0 would blacken its map_Kd: 1 is used".into());
         kd = Vec3::ONE;
@@ -92,7 +103,7 @@ mod tests {
     #[test]
     fn no_channel_gains_energy() {
         let mut report = Report::default();
-        let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; 3], &mut report);
+        let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; 3], false, &mut report);
         assert!((m.kd + m.ks).max_element() <= 1.0);
         assert!((m.kd.x / m.ks.x - 9.0 / 7.0).abs() < 1e-5);
         assert_eq!((m.kd.y, m.ks.y), (0.3, 0.3), "a sound channel is kept");
@@ -102,9 +113,9 @@ mod tests {
     #[test]
     fn black_factor_of_a_map_is_one() {
         let mut report = Report::default();
-        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0).into()), None, None], &mut report);
+        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0).into()), None, None], false, &mut report);
         assert_eq!(m.kd, Vec3::ONE);
-        assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; 3], &mut report).kd, Vec3::ZERO);
+        assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; 3], false, &mut report).kd, Vec3::ZERO);
     }
 
     #[test]

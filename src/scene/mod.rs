@@ -30,6 +30,7 @@ mod text;
 pub mod texture;
 mod textures;
 mod toml_walk;
+mod vertex_colours;
 
 use crate::math::triangle::unit_normal;
 use camera::NamedCamera;
@@ -131,6 +132,8 @@ pub struct Scene {
     pub normals: Vec<[Vec3; 3]>,
     /// Texture coordinates at the corners, OBJ convention (v up); zero where the file has none.
     pub uvs: Vec<[Vec2; 3]>,
+    /// Vertex colours at the corners, linear, at most 1: what the material's k_d counts times. Empty where no file has any.
+    pub colours: Vec<[Vec3; 3]>,
     /// The material of every triangle.
     pub triangle_materials: Vec<MaterialId>,
     /// Materials.
@@ -192,7 +195,15 @@ impl Scene {
         &self.materials[self.triangle_materials[triangle.0 as usize].0 as usize]
     }
 
-    /// Diffuse reflectance k_d at a point of a triangle (constant × `map_Kd`), linear.
+    /// The vertex colours at barycentrics (`u`, `v`); 1 without any.
+    #[must_use]
+    #[inline]
+    pub fn colour_at(&self, triangle: TriangleId, u: f32, v: f32) -> Vec3 {
+        let colours = self.colours.get(triangle.0 as usize);
+        colours.map_or(Vec3::ONE, |&[a, b, c]| a * (1.0 - u - v) + b * u + c * v)
+    }
+
+    /// Diffuse reflectance k_d at a point of a triangle (constant × `map_Kd` × vertex colours), linear.
     #[must_use]
     pub fn kd_at(&self, triangle: TriangleId, u: f32, v: f32) -> Vec3 {
         self.kd_over(triangle, u, v, &Footprint::POINT)
@@ -202,7 +213,8 @@ impl Scene {
     #[must_use]
     pub fn kd_over(&self, triangle: TriangleId, u: f32, v: f32, footprint: &Footprint) -> Vec3 {
         let m = self.material(triangle);
-        m.kd * m.map_kd.as_ref().map_or(Vec3::ONE, |map| self.filtered(map, triangle, [u, v], footprint))
+        let kd = m.kd * self.colour_at(triangle, u, v);
+        kd * m.map_kd.as_ref().map_or(Vec3::ONE, |map| self.filtered(map, triangle, [u, v], footprint))
     }
 
     fn filtered(&self, map: &TextureMap, triangle: TriangleId, [u, v]: [f32; 2], footprint: &Footprint) -> Vec3 {

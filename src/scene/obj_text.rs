@@ -7,6 +7,7 @@
 
 use super::report::Report;
 use super::text::{self, Lines, Warnings};
+use super::vertex_colours::VertexColours;
 use rustc_hash::FxHashMap;
 use std::io::Write;
 use std::path::Path;
@@ -28,6 +29,8 @@ pub(super) struct Named {
 pub(super) struct ObjText {
     /// `v`, `vt` and `vn` lines for `tobj`.
     pub vertices: Vec<u8>,
+    /// Whether the vertices have colours.
+    pub has_colours: bool,
     /// `usemtl` and `f` lines for `tobj`.
     pub faces: Vec<u8>,
     /// Materials named by `usemtl`, in order of first use.
@@ -68,6 +71,7 @@ impl ObjText {
 
     fn read_vertices(&mut self, bytes: &[u8], warnings: &mut Warnings) -> Survey {
         let mut survey = Survey::default();
+        let mut colours = VertexColours::default();
         let mut lines = Lines::new(bytes);
         while let Some(line) = lines.next() {
             let (number, line) = match line {
@@ -79,7 +83,10 @@ impl ObjText {
             };
             let (keyword, rest) = text::keyword(line);
             match keyword {
-                b"v" => self.position(rest, number, &mut survey, warnings),
+                b"v" => {
+                    colours.add(survey.totals[V], rest, number);
+                    self.position(rest, number, &mut survey, warnings);
+                }
                 b"vt" => {
                     survey.totals[VT] += 1;
                     self.texture_coordinate(rest, number, warnings);
@@ -96,6 +103,10 @@ impl ObjText {
                     format!("{} is not read: the line is left out", text::quote(other))
                 }),
             }
+        }
+        self.has_colours = !colours.is_empty();
+        if self.has_colours {
+            colours.append_to(&mut self.vertices, warnings);
         }
         self.stand_ins(survey.totals);
         survey
@@ -115,7 +126,7 @@ impl ObjText {
         let index = survey.totals[V];
         survey.totals[V] += 1;
         if numbers::<3>(rest).is_some_and(|p| p.iter().all(|x| x.abs() <= MAX_COORDINATE)) {
-            // A fourth number (w) belongs to rational curves; colours after it are not used.
+            // A fourth number (w) belongs to rational curves; colours are appended later.
             return self.copy_words(b"v", rest, 3);
         }
         survey.unusable.push(index);

@@ -146,7 +146,6 @@ impl AreaSource {
             direction: (offset / distance).as_vec3(),
             distance: distance as f32,
             facing: self.radiance_at(scene, facet, at, offset) * measure as f32,
-            mean_facing: self.radiance * measure as f32,
             measure: measure as f32,
         }
     }
@@ -187,6 +186,14 @@ impl AreaSource {
             form.push(base, Cow::Borrowed(&self.outlines.corners[polygon.corners.clone()]), height.signum());
         }
         Some(form)
+    }
+
+    /// Unoccluded irradiance at `x` on a surface of unit `normal`: what its closed form there says, in the colours that show there
+    /// where a texture makes the source uneven.
+    #[must_use]
+    pub fn irradiance(&self, form: &ClosedForm<'_>, x: Vec3, normal: Vec3) -> Vec3 {
+        let seen = if self.textured { self.parts.seen(x, normal, self.both_sides) } else { None };
+        seen.unwrap_or(self.radiance) * form.form_factor(normal)
     }
 
     /// What the luminance of the unoccluded irradiance at `x` on a surface of unit `normal` is, up to a factor of two or so beside

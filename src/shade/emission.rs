@@ -13,6 +13,8 @@ pub struct Parts {
     list: Vec<Part>,
     /// Largest distance of a corner of a part from its middle.
     radius: f32,
+    /// Whether parts differ in more than rounding.
+    uneven: bool,
 }
 
 /// A part of one facet.
@@ -27,6 +29,8 @@ struct Part {
 
 /// Number of parts aimed at.
 const PARTS: f64 = 256.0;
+/// Relative difference of radiances that is rounding.
+const UNEVEN: f32 = 2e-3;
 /// Square of a part's half angle, in widths of the lobe, up to which the lobe is even over it.
 const EVEN: f32 = 0.2;
 
@@ -49,7 +53,32 @@ impl Parts {
             }
             parts.radius = parts.radius.max(facet.squared_radius.sqrt() as f32 / n as f32);
         }
+        let mean = parts.mean();
+        parts.uneven = parts.list.iter().any(|p| (p.radiance - mean).abs().cmpgt(mean * UNEVEN).any());
         parts
+    }
+
+    /// Mean radiance weighed by what each part sends to a surface of unit `normal` at `x`; `None` where all parts are alike, or none
+    /// faces it.
+    #[must_use]
+    pub fn seen(&self, x: Vec3, normal: Vec3, both_sides: bool) -> Option<Vec3> {
+        if !self.uneven {
+            return None;
+        }
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for part in &self.list {
+            let offset = part.middle - x;
+            let facing = -part.area.dot(offset);
+            let facing = if both_sides { facing.abs() } else { facing };
+            let height = normal.dot(offset);
+            if facing > 0.0 && height > 0.0 {
+                let squared = offset.length_squared();
+                let weight = facing * height / (squared * squared);
+                sum += part.radiance * weight;
+                weights += weight;
+            }
+        }
+        (weights > LEAST).then(|| sum / weights)
     }
 
     /// Mean radiance weighed by area.

@@ -23,9 +23,6 @@ pub struct Arrival {
     pub distance: f32,
     /// Irradiance on a plane facing the light, W·m⁻²; for a sample of an area light, as if all of it were there.
     pub facing: Vec3,
-    /// The same with the mean radiance of the whole light in place of that of the sampled point: equal but for textured
-    /// emitters.
-    pub mean_facing: Vec3,
     /// Solid angle that the sample stands for, the inverse of its density; 0 where light has a single direction.
     pub measure: f32,
 }
@@ -33,7 +30,7 @@ pub struct Arrival {
 impl Arrival {
     /// Light of one colour all over its source.
     const fn uniform(direction: Vec3, distance: f32, facing: Vec3) -> Self {
-        Self { direction, distance, facing, mean_facing: facing, measure: 0.0 }
+        Self { direction, distance, facing, measure: 0.0 }
     }
 }
 
