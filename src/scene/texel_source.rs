@@ -152,7 +152,7 @@ fn scalar([r, g, b, a]: [u8; 4], channel: Channel) -> u8 {
         Channel::L | Channel::Z => {
             // Rec. 709.
             let sum = 2126 * u32::from(r) + 7152 * u32::from(g) + 722 * u32::from(b);
-            (sum / 10_000) as u8
+            ((sum + 5_000) / 10_000) as u8
         }
     }
 }
@@ -211,4 +211,66 @@ fn each<T: Sync>(
     let mut texels = Vec::with_capacity(room);
     pixels.par_chunks_exact(channels).with_min_len(MIN_PIXELS).map(texel).collect_into_vec(&mut texels);
     texels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two texels, their alpha on either side of the threshold.
+    fn image() -> DynamicImage {
+        image::RgbaImage::from_vec(2, 1, vec![10, 20, 30, 40, 50, 60, 70, 240]).map(Into::into).expect("two texels")
+    }
+
+    fn texels_of(role: Role, options: MapOptions) -> (Encoding, Vec<[u8; 4]>) {
+        let (textures, of_recipe) = textures("a", image(), &[Recipe::new(role, &options)]);
+        assert_eq!(of_recipe, [Some(0)]);
+        (textures[0].encoding(), textures[0].texels()[..2].to_vec())
+    }
+
+    #[test]
+    fn a_mask_is_the_channel_that_is_asked_for() {
+        use Channel::{B, G, L, M, R, Z};
+        let luminances = [19, 59];
+        for (channel, expected) in [
+            (Some(R), [10, 50]),
+            (Some(G), [20, 60]),
+            (Some(B), [30, 70]),
+            (Some(M), [40, 240]),
+            (Some(L), luminances),
+            (Some(Z), [40, 240]),
+            (None, [40, 240]),
+        ] {
+            let (_, texels) = texels_of(Role::Mask, MapOptions { channel, ..MapOptions::default() });
+            assert_eq!(texels.iter().map(|t| t[3]).collect::<Vec<_>>(), expected, "{channel:?}");
+        }
+        let grey = DynamicImage::from(image::GrayImage::from_pixel(1, 1, image::Luma([77])));
+        let (grey, _) = textures("a", grey, &[Recipe::new(Role::Mask, &MapOptions::default())]);
+        assert_eq!(grey[0].texels()[0][3], 77, "without alpha, luminance");
+    }
+
+    #[test]
+    fn base_and_gain_are_in_linear_light() {
+        let options = MapOptions { base: 0.1, gain: 0.5, ..MapOptions::default() };
+        let (_, colours) = texels_of(Role::Colour, options);
+        for (changed, plain) in colours[1].iter().zip([50, 60, 70]) {
+            let expected = 0.1 + 0.5 * SRGB[plain];
+            assert!((SRGB[*changed as usize] - expected).abs() < 3e-3, "{plain}: {changed}");
+        }
+        let (_, masks) = texels_of(Role::Mask, MapOptions { channel: Some(Channel::M), ..options });
+        assert_eq!(masks[1][3], (25.5_f32 + 120.0).round() as u8);
+        // Emission may exceed 1.
+        let (encoding, bright) = texels_of(Role::Emission, MapOptions { gain: 100.0, ..MapOptions::default() });
+        assert_eq!(encoding, Encoding::SharedExponent);
+        let found = super::super::texel::of_shared_exponent(bright[1]);
+        assert!((found.x - 100.0 * SRGB[50]).abs() < 0.02, "{found}");
+    }
+
+    #[test]
+    fn what_comes_to_the_same_is_one_texture() {
+        let recipe = |role| Recipe::new(role, &MapOptions::default());
+        let roles = [Role::Colour, Role::Emission, Role::Mask, Role::CutOut].map(recipe);
+        let (made, of_recipe) = textures("a", image(), &roles);
+        assert_eq!((made.len(), of_recipe), (2, vec![Some(0), Some(0), Some(1), Some(1)]));
+    }
 }

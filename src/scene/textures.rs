@@ -120,7 +120,10 @@ fn decode_jobs(jobs: &[Job<'_>]) -> Vec<Result<Decoded, String>> {
 
 /// Says why not, with figures, where there is less.
 fn enough_memory(need: u64) -> Result<(), String> {
-    let there = memory::available().unwrap_or(UNKNOWN_MEMORY);
+    fits(need, memory::available().unwrap_or(UNKNOWN_MEMORY))
+}
+
+fn fits(need: u64, there: u64) -> Result<(), String> {
     let [needed, left] = [need, there].map(memory::figure);
     if need <= there { Ok(()) } else { Err(format!("it needs {needed} of memory and {left} are free")) }
 }
@@ -181,5 +184,59 @@ impl Job<'_> {
         }
         let image = DynamicImage::from_decoder(decoder).map_err(|e| say(&e))?;
         Ok(Some(texel_source::textures(&path.display().to_string(), image, &self.recipes)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::map_options::Channel;
+
+    fn request(name: &str, role: Role, options: MapOptions) -> Request {
+        Request { name: name.into(), file: "a.mtl".into(), line: 1, role, options }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_told_with_figures() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let path = directory.path().join("a.png");
+        image::RgbImage::new(1024, 512).save(&path).expect("written");
+        let request = request("a.png", Role::Colour, MapOptions::default());
+        let job = Job { path: Some(path), first: &request, recipes: vec![Recipe::new(Role::Colour, &request.options)] };
+        // 1.5 MiB of RGB, and twice 2 MiB with a third on top for the smaller levels.
+        let refused = job.decode(&|need| fits(need, 6 << 20).map(|()| true));
+        let Err(why) = refused else { panic!("accepted") };
+        assert!(why.contains("1024 × 512 texels: it needs 7 MiB of memory and 6 MiB are free"), "{why}");
+        let taken = job.decode(&|need| fits(need, 7 << 20).map(|()| true)).expect("decoded").expect("taken");
+        assert_eq!(taken.0[0].extents()[0], [1024, 512]);
+        assert!(job.decode(&|_| Ok(false)).expect("no fault").is_none());
+    }
+
+    #[test]
+    fn options_become_the_map_of_one_texture() {
+        let directory = tempfile::tempdir().expect("a folder");
+        image::RgbImage::from_pixel(2, 2, image::Rgb([9, 90, 200]))
+            .save(directory.path().join("a.png"))
+            .expect("written");
+        let placed = MapOptions { scale: [4.0, 2.0], offset: [0.5, 0.25], clamp: true, ..MapOptions::default() };
+        let red = MapOptions { channel: Some(Channel::R), ..MapOptions::default() };
+        let requests: Vec<Request> = [
+            (Role::Colour, MapOptions::default()),
+            (Role::Colour, placed),
+            (Role::Mask, red),
+            (Role::CutOut, MapOptions::default()),
+        ]
+        .into_iter()
+        .map(|(role, options)| Request { file: directory.path().join("a.mtl"), ..request("a.png", role, options) })
+        .collect();
+        let mut report = Report::default();
+        let (textures, maps) = decode_all(&requests, &mut report);
+        assert_eq!((textures.len(), maps[3], report.faults.len()), (2, None, 0));
+        let plain = TextureMap::from(TextureId(0));
+        assert_eq!(maps[0], Some(plain));
+        let expected =
+            TextureMap { scale: Vec2::new(4.0, 2.0), offset: Vec2::new(0.5, 0.25), wrap: Wrap::Clamp, ..plain };
+        assert_eq!(maps[1], Some(expected));
+        assert_eq!(textures[1].texels()[0][3], 9, "the red channel");
     }
 }
