@@ -6,12 +6,12 @@
 
 layout(location = 0) flat in uint face;
 layout(location = 1) flat in vec4 plane;
-layout(location = 2) in vec2 uv;
+layout(location = 2) in vec2 place;
+layout(location = 3) flat in uint map_d;
 layout(location = 0) out uint id;
 
 void main() {
-    uint map_d = frame.materials.at[frame.triangles.at[face >> 1].material].map_d;
-    if (map_d != NONE && !is_opaque(map_d, uv)) {
+    if (map_d != NONE && !is_opaque(map_d, place)) {
         discard;
     }
     vec2 ndc = (gl_FragCoord.xy + frame.jitter) * frame.pixel - 1.0;

@@ -2,11 +2,13 @@
 // Visibility of faces whose distance is that of their plane (scene::coplanar), in ascending rank.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "texture.glsl"
 #include "position.glsl"
 
 layout(location = 0) flat out uint face;
 layout(location = 1) flat out vec4 plane; // normal; distance of the plane from the eye along it
-layout(location = 2) out vec2 uv;
+layout(location = 2) out vec2 place; // where the mask is looked up, if there is one
+layout(location = 3) flat out uint map_d;
 
 void main() {
     uint drawn = uint(gl_VertexIndex) / 3u;
@@ -15,7 +17,8 @@ void main() {
     vec3 normal = frame.coplanar.at[drawn].normal;
     plane = vec4(normal, frame.coplanar.at[drawn].offset - dot(normal, frame.eye));
     Triangle t = frame.triangles.at[face >> 1];
-    uv = t.uv[corner];
+    map_d = frame.materials.at[t.material].map_d;
+    place = map_d == NONE ? vec2(0.0) : placed(map_d, t.uv[corner]);
     // The eye sees one side of a triangle; the other shrinks to a point.
     bool seen = frame.coplanar.at[drawn].towards * plane.w < 0.0;
     set_position(frame.positions.at[t.corners[seen ? corner : 0u]]);

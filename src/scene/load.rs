@@ -4,7 +4,7 @@ use super::coplanar::Coplanar;
 use super::framing::UpAxis;
 use super::input::{self, Kind};
 use super::light::Light;
-use super::material::{Material, MaterialId};
+use super::material::{Material, MaterialId, TextureMap};
 use super::obj::{self, SKIP, Soup};
 use super::obj_text::ObjText;
 use super::report::Report;
@@ -12,7 +12,7 @@ use super::scene_file::{self, Description};
 use super::stock::Stock;
 use super::subject::Subject;
 use super::text::Warnings;
-use super::texture::{Texture, TextureId};
+use super::texture::Texture;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
 use glam::DVec3;
@@ -99,7 +99,7 @@ pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
     let mut stock = Stock::default();
     let slots: Vec<Slots> = files.iter().map(|file| resolve(file, &mut stock, &mut report)).collect();
     timings.materials = start.elapsed() - timings.text;
-    let (decoded, soup) = rayon::join(|| decode(&stock), || assemble(&files, &slots));
+    let (decoded, soup) = rayon::join(|| decode(&stock), || assemble(&files, &slots, &stock.painted));
     let ((images, ids, image_report), spent) = decoded;
     timings.textures = spent;
     let (soup, geometry_report, spent) = soup;
@@ -238,22 +238,30 @@ struct Slots {
 fn resolve(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Slots {
     let library = stock.open_libraries(&file.path, &file.text.libraries, report);
     let mut warnings = Warnings::new(&file.path);
-    let of_material = file
+    let coloured = file.text.has_colours;
+    let stand_in = if coloured { "the vertex colours are" } else { "grey is" };
+    let of_material: Vec<u32> = file
         .text
         .materials
         .iter()
         .map(|named| match library.get(&named.name) {
-            Some(&index) => stock.slot(index, report),
+            Some(&index) => stock.slot(index, coloured, report),
             None => {
-                let message = || format!("material {} is in no MTL file: grey is used", named.name);
+                let message = || format!("material {} is in no MTL file: {stand_in} used", named.name);
                 warnings.add("material in no MTL file", named.line, message);
-                stock.grey(&named.name)
+                stock.grey(&named.name, coloured)
             }
         })
         .collect();
     report.faults.extend(warnings.finish().faults);
     // `tobj` names no material only before the first `usemtl`.
-    let no_material = if starts_without_material(&file.text.faces) { stock.grey("no material") } else { SKIP };
+    let no_material =
+        if starts_without_material(&file.text.faces) { stock.grey("no material", coloured) } else { SKIP };
+    let is_painted = |&slot: &u32| stock.painted.get(slot as usize).is_some_and(|&painted| painted);
+    if coloured && !of_material.iter().chain([&no_material]).any(is_painted) {
+        let message = "the vertex colours are not used: every material has its own Kd or map_Kd";
+        report.warn(&file.path, None, message);
+    }
     Slots { of_material, no_material }
 }
 
@@ -263,39 +271,40 @@ fn starts_without_material(faces: &[u8]) -> bool {
     faces.get(after_library) == Some(&b'f')
 }
 
-type Decoded = ((Vec<Texture>, Vec<Option<TextureId>>, Report), Duration);
+type Decoded = ((Vec<Texture>, Vec<Option<TextureMap>>, Report), Duration);
 
 fn decode(stock: &Stock) -> Decoded {
     let start = Instant::now();
     let mut report = Report::default();
-    let requests: Vec<_> = stock.drawn().flat_map(materials::requests).collect();
+    let requests: Vec<_> = stock.drawn().flat_map(materials::requests).map(|(_, request)| request).collect();
     let (images, ids) = textures::decode_all(&requests, &mut report);
     ((images, ids, report), start.elapsed())
 }
 
-fn assemble(files: &[ObjFile], slots: &[Slots]) -> (Soup, Report, Duration) {
+fn assemble(files: &[ObjFile], slots: &[Slots], painted: &[bool]) -> (Soup, Report, Duration) {
     let start = Instant::now();
     let mut report = Report::default();
     let mut soup = Soup::default();
     let parsed: Vec<_> = files.par_iter().map(|file| obj::parse(&file.text)).collect();
     for ((models, file), slots) in parsed.into_iter().zip(files).zip(slots) {
         match models {
-            Ok(models) => soup.add(&models, &slots.of_material, slots.no_material),
+            Ok(models) => soup.add(&models, &slots.of_material, slots.no_material, painted),
             Err(error) => report.error(&file.path, None, format!("cannot be read: {error}")),
         }
     }
+    soup.complete_colours();
     (soup, report, start.elapsed())
 }
 
 /// The materials of all slots; `ids` answers the requests of the drawn ones, in order.
-fn build_materials(stock: &Stock, ids: &[Option<TextureId>], report: &mut Report) -> Vec<Material> {
+fn build_materials(stock: &Stock, ids: &[Option<TextureMap>], report: &mut Report) -> Vec<Material> {
     let mut answers = ids.iter().copied();
-    stock.materials(|m| {
+    stock.materials(|m, painted| {
         let mut maps = [None; 3];
-        for map in materials::maps_in_use(m) {
+        for (map, _) in materials::requests(m) {
             maps[map as usize] = answers.next().flatten();
         }
-        materials::build(m, maps, report)
+        materials::build(m, maps, painted, report)
     })
 }
 
@@ -328,6 +337,7 @@ fn finish_scene(
         triangles: soup.triangles,
         normals: soup.normals,
         uvs: soup.uvs,
+        colours: soup.colours,
         triangle_materials: soup.slots.into_iter().map(MaterialId).collect(),
         materials,
         textures,

@@ -1,11 +1,12 @@
 //! From MTL statements to what the renderer reflects and emits.
 
-use super::material::Material;
+use super::map_options::MapOptions;
+use super::material::{Material, TextureMap};
 use super::mtl::{Map, MtlMaterial};
 use super::obj_text::Named;
 use super::report::Report;
-use super::texture::TextureId;
-use super::textures::{Request, Role};
+use super::texel_source::Role;
+use super::textures::Request;
 use glam::Vec3;
 
 /// Reflectance of a material that names none.
@@ -28,28 +29,36 @@ pub(super) fn is_see_through(m: &MtlMaterial, report: &mut Report) -> bool {
     true
 }
 
-/// The maps that matter to a material.
-pub(super) fn maps_in_use(m: &MtlMaterial) -> impl Iterator<Item = Map> {
+/// Whether a material leaves the colour to others.
+pub(super) fn has_no_colour(m: &MtlMaterial) -> bool {
+    m.kd.is_none() && m.maps[Map::Kd as usize].is_none()
+}
+
+/// The textures that a material asks for, with the map that each is for. A colour map brings its own mask where the material
+/// names none.
+pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> {
     let emits = m.ke.is_none_or(|ke| ke.iter().any(|&c| c > 0.0));
-    [Map::Kd, Map::Ke, Map::D]
-        .into_iter()
-        .filter(move |&map| m.maps[map as usize].is_some() && (map != Map::Ke || emits))
+    let roles = [(Map::Kd, Map::Kd, Role::Colour), (Map::Ke, Map::Ke, Role::Emission), (Map::D, Map::D, Role::Mask)];
+    let cut_out = m.maps[Map::D as usize].is_none().then_some((Map::Kd, Map::D, Role::CutOut));
+    roles.into_iter().chain(cut_out).filter(move |&(from, ..)| from != Map::Ke || emits).filter_map(
+        |(from, to, role)| {
+            let Named { name, line } = m.maps[from as usize].clone()?;
+            Some((to, Request { name, file: m.file.clone(), line, role, options: MapOptions::default() }))
+        },
+    )
 }
 
-/// The textures that a material asks for: one for each of [`maps_in_use`].
-pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = Request> {
-    maps_in_use(m).filter_map(|map| {
-        let Named { name, line } = m.maps[map as usize].clone()?;
-        let role = if map == Map::D { Role::Mask } else { Role::Colour };
-        Some(Request { name, file: m.file.clone(), line, role })
-    })
-}
-
-/// The material with its decoded `textures`, by [`Map`]. Warns of what had to be changed.
-pub(super) fn build(m: &MtlMaterial, textures: [Option<TextureId>; 3], report: &mut Report) -> Material {
+/// The material with its decoded `textures`, by [`Map`]; vertex colours are the reflectance of a `painted` one. Warns of what had
+/// to be changed.
+pub(super) fn build(
+    m: &MtlMaterial,
+    textures: [Option<TextureMap>; 3],
+    painted: bool,
+    report: &mut Report,
+) -> Material {
     let mut warn = |line: u32, what: String| report.warn(&m.file, Some(line), format!("material {}: {what}", m.name));
     let [map_kd, map_ke, map_d] = textures;
-    let mut kd = m.kd.map_or(Vec3::splat(if map_kd.is_some() { 1.0 } else { DEFAULT_KD }), Vec3::from);
+    let mut kd = m.kd.map_or(Vec3::splat(if map_kd.is_some() || painted { 1.0 } else { DEFAULT_KD }), Vec3::from);
     if map_kd.is_some() && kd == Vec3::ZERO {
         warn(m.line, "Kd 0 would blacken its map_Kd: 1 is used".into());
         kd = Vec3::ONE;
@@ -85,6 +94,7 @@ fn bound(kd: Vec3, ks: Vec3) -> (Vec3, Vec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::texture::TextureId;
 
     fn glossy(kd: [f32; 3], ks: [f32; 3]) -> MtlMaterial {
         MtlMaterial { name: "a".into(), kd: Some(kd), ks: Some(ks), illum: Some(2), ..MtlMaterial::default() }
@@ -93,7 +103,7 @@ mod tests {
     #[test]
     fn no_channel_gains_energy() {
         let mut report = Report::default();
-        let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; 3], &mut report);
+        let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; 3], false, &mut report);
         assert!((m.kd + m.ks).max_element() <= 1.0);
         assert!((m.kd.x / m.ks.x - 9.0 / 7.0).abs() < 1e-5);
         assert_eq!((m.kd.y, m.ks.y), (0.3, 0.3), "a sound channel is kept");
@@ -103,9 +113,9 @@ mod tests {
     #[test]
     fn black_factor_of_a_map_is_one() {
         let mut report = Report::default();
-        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0)), None, None], &mut report);
+        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0).into()), None, None], false, &mut report);
         assert_eq!(m.kd, Vec3::ONE);
-        assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; 3], &mut report).kd, Vec3::ZERO);
+        assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; 3], false, &mut report).kd, Vec3::ZERO);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 
 use super::report::Report;
 use super::text::{self, Lines, Warnings};
+use super::vertex_colours::VertexColours;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 use std::io::Write;
@@ -29,6 +30,8 @@ pub(super) struct Named {
 pub(super) struct ObjText {
     /// `v`, `vt` and `vn` lines for `tobj`.
     pub vertices: Vec<u8>,
+    /// Whether the vertices have colours.
+    pub has_colours: bool,
     /// `usemtl` and `f` lines for `tobj`.
     pub faces: Vec<u8>,
     /// Materials named by `usemtl`, in order of first use.
@@ -71,6 +74,7 @@ impl ObjText {
 
     fn read_vertices(&mut self, bytes: &[u8], warnings: &mut Warnings) -> Survey {
         let mut survey = Survey::default();
+        let mut colours = VertexColours::default();
         let mut lines = Lines::new(bytes);
         while let Some(line) = lines.next() {
             let (number, line) = match line {
@@ -82,7 +86,10 @@ impl ObjText {
             };
             let (keyword, rest) = text::keyword(line);
             match keyword {
-                b"v" => self.position(rest, number, &mut survey, warnings),
+                b"v" => {
+                    colours.add(survey.totals[V], rest, number);
+                    self.position(rest, number, &mut survey, warnings);
+                }
                 b"vt" => {
                     survey.totals[VT] += 1;
                     self.texture_coordinate(rest, number, warnings);
@@ -99,6 +106,10 @@ impl ObjText {
                     format!("{} is not read: the line is left out", text::quote(other))
                 }),
             }
+        }
+        self.has_colours = !colours.is_empty();
+        if self.has_colours {
+            colours.append_to(&mut self.vertices, warnings);
         }
         self.stand_ins(survey.totals);
         survey
@@ -119,7 +130,7 @@ impl ObjText {
         survey.totals[V] += 1;
         let moved = text::position(rest).map(|p| p - self.origin);
         match moved.filter(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE) {
-            // A fourth number (w) belongs to rational curves; colours after it are not used.
+            // A fourth number (w) belongs to rational curves; colours are appended later.
             Some(_) if self.origin == DVec3::ZERO => return self.copy_words(b"v", rest, 3),
             Some(p) => {
                 // Writing to memory cannot fail.
