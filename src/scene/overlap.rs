@@ -16,11 +16,11 @@ const PARALLEL: f32 = 0.99;
 const MOST: usize = 64;
 
 /// Triangles in the box of one that are looked at, together: a fan of 200,000 around a corner would take quadratic time.
-const MOST_LOOKED_AT: usize = 1 << 26;
+const MOST_LOOKED_AT: usize = 1 << 24;
 /// The same for each, at least.
-const LEAST_LOOKED_AT: usize = 256;
+const LEAST_LOOKED_AT: usize = 64;
 /// The same for each of the largest, on which many others lie.
-const LARGE_LOOKS_AT: usize = 1 << 16;
+const LARGE_LOOKS_AT: usize = 1 << 15;
 /// These are one in so many.
 const LARGE_ONE_IN: usize = 1024;
 
