@@ -4,11 +4,10 @@ use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, MaterialId};
 use super::obj::{self, SKIP, Soup};
-use super::obj_text::ObjText;
+use super::obj_text::{Named, ObjText};
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::stock::Stock;
-use super::text::Warnings;
 use super::texture::{Texture, TextureId};
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, textures};
 use crate::error::{Error, Result};
@@ -80,7 +79,10 @@ pub fn load(path: &Path) -> Result<Loaded> {
     let files = read_objs(path, &description, &mut report);
     timings.text = start.elapsed();
     let mut stock = Stock::default();
-    let slots: Vec<Slots> = files.iter().map(|file| resolve(file, &mut stock, &mut report)).collect();
+    let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut stock, &mut report)).collect();
+    stock.settle_opacities(in_use(&files, &named), &mut report);
+    let slots: Vec<Slots> =
+        files.iter().zip(&named).map(|(file, named)| resolve(file, named, &mut stock, &mut report)).collect();
     timings.materials = start.elapsed() - timings.text;
     let (decoded, soup) = rayon::join(|| decode(&stock), || assemble(&files, &slots));
     let ((images, ids, image_report), spent) = decoded;
@@ -173,23 +175,28 @@ struct Slots {
     no_material: u32,
 }
 
-fn resolve(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Slots {
+/// Where the stock has the materials of an OBJ, by their numbers.
+fn find_materials(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Vec<Option<usize>> {
     let library = stock.open_libraries(&file.path, &file.text.libraries, report);
-    let mut warnings = Warnings::new(&file.path);
-    let of_material = file
-        .text
-        .materials
-        .iter()
-        .map(|named| match library.get(&named.name) {
-            Some(&index) => stock.slot(index, report),
-            None => {
-                let message = || format!("material {} is in no MTL file: grey is used", named.name);
-                warnings.add("material in no MTL file", named.line, message);
-                stock.grey(&named.name)
-            }
-        })
-        .collect();
-    report.faults.extend(warnings.finish().faults);
+    file.text.materials.iter().map(|named| library.find(&named.name)).collect()
+}
+
+/// The materials that faces use.
+fn in_use(files: &[ObjFile], named: &[Vec<Option<usize>>]) -> impl Iterator<Item = usize> {
+    let has_faces = files.iter().flat_map(|file| &file.text.has_faces);
+    has_faces.zip(named.iter().flatten()).filter_map(|(has_faces, index)| index.filter(|_| *has_faces))
+}
+
+fn resolve(file: &ObjFile, named: &[Option<usize>], stock: &mut Stock, report: &mut Report) -> Slots {
+    let slot = |(named, index): (&Named, &Option<usize>)| match index {
+        Some(index) => stock.slot(*index, report),
+        None => {
+            let message = format!("material {}: in no MTL file: grey is used", named.name);
+            report.warn(&file.path, Some(named.line), message);
+            stock.grey(&named.name)
+        }
+    };
+    let of_material = file.text.materials.iter().zip(named).map(slot).collect();
     // `tobj` names no material only before the first `usemtl`.
     let no_material = if starts_without_material(&file.text.faces) { stock.grey("no material") } else { SKIP };
     Slots { of_material, no_material }
@@ -206,7 +213,7 @@ type Decoded = ((Vec<Texture>, Vec<Option<TextureId>>, Report), Duration);
 fn decode(stock: &Stock) -> Decoded {
     let start = Instant::now();
     let mut report = Report::default();
-    let requests: Vec<_> = stock.drawn().flat_map(materials::requests).collect();
+    let requests: Vec<_> = stock.drawn().flat_map(materials::requests).map(|(_, request)| request).collect();
     let (images, ids) = textures::decode_all(&requests, &mut report);
     ((images, ids, report), start.elapsed())
 }
@@ -230,7 +237,7 @@ fn build_materials(stock: &Stock, ids: &[Option<TextureId>], report: &mut Report
     let mut answers = ids.iter().copied();
     stock.materials(|m| {
         let mut maps = [None; 3];
-        for map in materials::maps_in_use(m) {
+        for (map, _) in materials::requests(m) {
             maps[map as usize] = answers.next().flatten();
         }
         materials::build(m, maps, report)

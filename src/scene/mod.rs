@@ -5,12 +5,16 @@
 
 pub mod camera;
 pub mod camera_path;
+mod commas;
 mod emitters;
+mod find_file;
 pub mod footprint;
 mod framing;
 mod input;
 pub mod light;
 pub mod load;
+mod map_options;
+mod map_statement;
 pub mod material;
 mod materials;
 mod mipmap;
@@ -26,6 +30,7 @@ mod text;
 pub mod texture;
 mod textures;
 mod toml_walk;
+mod transparency;
 
 use crate::math::triangle::unit_normal;
 use camera::NamedCamera;

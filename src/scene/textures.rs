@@ -1,9 +1,10 @@
 //! Decoding texture files and filtering their mip chains, each once, in parallel.
 
+use super::find_file::{Finder, Found};
 use super::report::Report;
 use super::texture::{Texture, TextureId};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Largest width and height, texels.
@@ -23,8 +24,8 @@ pub(super) enum Role {
 /// A texture that a material asks for.
 #[derive(Clone, Debug)]
 pub(super) struct Request {
-    /// File name as written in the MTL.
-    pub name: String,
+    /// Names that the file may have, in the order in which they are tried.
+    pub names: Vec<String>,
     /// The MTL file.
     pub file: PathBuf,
     /// Line of the statement.
@@ -33,17 +34,44 @@ pub(super) struct Request {
     pub role: Role,
 }
 
+impl Request {
+    /// The name that messages say.
+    fn name(&self) -> &str {
+        self.names.last().map_or("", String::as_str)
+    }
+
+    /// Where the file is, and what is to be said of one that stands in for it.
+    fn find(&self, finder: &mut Finder) -> (Option<PathBuf>, Option<String>) {
+        match finder.texture(directory_of(&self.file), &self.names) {
+            Some(Found::Named(path)) => (Some(path), None),
+            Some(Found::OtherFormat(path)) => {
+                let message = format!("texture: there is no file {:?}: {} is used", self.name(), path.display());
+                (Some(path), Some(message))
+            }
+            None => (None, None),
+        }
+    }
+}
+
+fn directory_of(file: &Path) -> &Path {
+    file.parent().unwrap_or(Path::new(""))
+}
+
 /// Decodes all `requests`; the answer has the texture of each, or `None` where it is missing or broken (one warning each
 /// file).
 pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Texture>, Vec<Option<TextureId>>) {
     let mut jobs: Vec<(Option<PathBuf>, &Request)> = Vec::new();
     let mut known: HashMap<(PathBuf, Role), usize> = HashMap::new();
+    let mut finder = Finder::default();
+    let mut noted = HashSet::new();
     let job_of: Vec<usize> = requests
         .iter()
         .map(|request| {
-            let directory = request.file.parent().unwrap_or(Path::new(""));
-            let path = find_file(directory, &request.name);
-            let key = path.clone().unwrap_or_else(|| directory.join(&request.name));
+            let (path, note) = request.find(&mut finder);
+            if let Some(message) = note.filter(|message| noted.insert(message.clone())) {
+                report.warn(&request.file, Some(request.line), message);
+            }
+            let key = path.clone().unwrap_or_else(|| directory_of(&request.file).join(request.name()));
             *known.entry((key, request.role)).or_insert_with(|| {
                 jobs.push((path, request));
                 jobs.len() - 1
@@ -54,7 +82,7 @@ pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Text
         .par_iter()
         .map(|(path, request)| match path {
             Some(path) => decode(path, request.role),
-            None => Err(format!("there is no file {:?}", request.name)),
+            None => Err(format!("there is no file {:?}", request.name())),
         })
         .collect();
     let mut textures = Vec::new();
@@ -74,35 +102,6 @@ pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Text
     }
     let answers = job_of.into_iter().map(|job| ids[job]).collect();
     (textures, answers)
-}
-
-/// A file named in an MTL or OBJ: as written, else with any case, else its last component beside the referring file.
-pub(super) fn find_file(directory: &Path, name: &str) -> Option<PathBuf> {
-    let name = name.replace('\\', "/");
-    let direct = directory.join(&name);
-    if direct.is_file() {
-        return Some(direct);
-    }
-    let last = name.rsplit('/').next().unwrap_or(&name);
-    find_any_case(directory, &name).or_else(|| find_any_case(directory, last))
-}
-
-fn find_any_case(directory: &Path, name: &str) -> Option<PathBuf> {
-    let mut found = directory.to_owned();
-    for part in name.split('/').filter(|p| !p.is_empty() && *p != ".") {
-        let exact = found.join(part);
-        if exact.exists() {
-            found = exact;
-            continue;
-        }
-        let listed = if found.as_os_str().is_empty() { Path::new(".") } else { &found };
-        let entry = std::fs::read_dir(listed)
-            .ok()?
-            .flatten()
-            .find(|entry| entry.file_name().to_string_lossy().to_lowercase() == part.to_lowercase())?;
-        found = found.join(entry.file_name());
-    }
-    found.is_file().then_some(found)
 }
 
 fn decode(path: &Path, role: Role) -> Result<Texture, String> {
