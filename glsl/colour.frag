@@ -7,6 +7,9 @@
 #include "texture.glsl"
 #include "barycentrics.glsl"
 #include "half.glsl"
+#extension GL_EXT_buffer_reference_uvec2 : require
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Colours { vec3 at[]; };
 
 layout(location = 0) out vec4 out_kd; // a: coverage
 layout(location = 1) out vec4 out_ks;
@@ -15,6 +18,14 @@ layout(location = 2) out vec4 out_emission;
 // A filtered look-up times a colour; the colour alone without texture.
 vec3 textured(vec3 colour, uint map, vec2 uv[3]) {
     return map == NONE ? colour : colour * texture_filtered(map, uv[0], uv[1] - uv[0], uv[2] - uv[0]);
+}
+
+// Colour of the vertices at barycentric weights of corners 1 and 2, scene::Scene::colour_at.
+vec3 vertex_colour(uint triangle, vec2 b) {
+    Colours of = Colours(frame.colours);
+    uint first = 3u * triangle;
+    vec3 colour = of.at[first] * (1.0 - b.x - b.y) + of.at[first + 1u] * b.x + of.at[first + 2u] * b.y;
+    return clamp(colour, 0.0, 1.0); // the pixel's centre may lie a little outside
 }
 
 vec4 stored(vec3 colour) {
@@ -32,7 +43,8 @@ void main() {
     Material m = frame.materials.at[frame.triangles.at[triangle].material];
     bool emits = m.ke != vec3(0.0) && (!back || frame.emits_back != 0u);
     vec2 uv[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0)); // at the pixel, its right and its lower neighbour
-    if (m.map_kd != NONE || (emits && m.map_ke != NONE)) {
+    bool painted = frame.colours != uvec2(0u);
+    if (painted || m.map_kd != NONE || (emits && m.map_ke != NONE)) {
         Triangle t = frame.triangles.at[triangle];
         vec3 a = frame.positions.at[t.corners.x];
         vec3 edge1 = frame.positions.at[t.corners.y] - a;
@@ -42,6 +54,9 @@ void main() {
         for (int i = 0; i < 3; ++i) {
             vec2 b = barycentrics(a, edge1, edge2, centre + steps[i]);
             uv[i] = t.uv[0] * (1.0 - b.x - b.y) + t.uv[1] * b.x + t.uv[2] * b.y;
+            if (painted && i == 0) {
+                m.kd *= vertex_colour(triangle, b);
+            }
         }
     }
     out_kd = stored(textured(m.kd, m.map_kd, uv));

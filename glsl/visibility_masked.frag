@@ -5,12 +5,12 @@
 #include "texture.glsl"
 
 layout(location = 0) flat in uint triangle;
-layout(location = 1) in vec2 uv;
+layout(location = 1) in vec2 place;
 layout(location = 2) flat in uint map_d;
 layout(location = 0) out uint id;
 
 void main() {
-    if (!is_opaque(map_d, uv)) {
+    if (!is_opaque(map_d, place)) {
         discard;
     }
     id = (triangle << 1 | (gl_FrontFacing ? 0u : 1u)) + 1u;

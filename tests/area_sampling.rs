@@ -63,7 +63,7 @@ fn window() -> Scene {
     let texels =
         (0..8 * 16_u64).map(|i| [0, 8, 16].map(|shift| (mix(i) >> shift) as u8)).map(|[r, g, b]| [r, g, b, 255]);
     scene.textures.push(Texture::new("noise".into(), [8, 16], texels.collect()));
-    scene.materials[0].map_ke = Some(TextureId(0));
+    scene.materials[0].map_ke = Some(TextureId(0).into());
     for (uvs, corners) in scene.uvs.iter_mut().zip(&scene.triangles) {
         *uvs = corners.map(|i| Vec2::new(scene.positions[i as usize].x, scene.positions[i as usize].z) * 1.3);
     }
@@ -221,21 +221,26 @@ fn textured_emitters_have_a_mean_and_samples_their_own_radiance() {
     // Uniform by area, a sample's own radiance over the mean one has mean 1.
     let own = mean(200_000, |u| {
         let a = source.sample(&scene, Vec3::ZERO, u).expect("faces the lamp");
-        f64::from(a.facing.x / a.mean_facing.x)
+        f64::from(a.facing.x / a.measure) / mean_radiance
     });
     assert!(own.1 < 0.002 && (own.0 - 1.0).abs() < 4.0 * own.1, "{own:?}");
     let deviation = own.1 * 200_000_f64.sqrt();
     assert!(deviation > 0.3, "the texture has contrast: {deviation}");
     for normal in NORMALS {
-        let form = f64::from(source.closed_form(Vec3::ZERO).unwrap().irradiance(normal).x);
+        let closed = source.closed_form(Vec3::ZERO).unwrap();
+        let form = f64::from(closed.irradiance(normal).x);
         let sampler = source.at(Vec3::ZERO);
-        let plain =
-            |a: Option<Arrival>| a.map_or(0.0, |a| f64::from(a.mean_facing.x * a.direction.dot(normal).max(0.0)));
+        let plain = |a: Option<Arrival>| {
+            a.map_or(0.0, |a| mean_radiance * f64::from(a.measure * a.direction.dot(normal).max(0.0)))
+        };
         let denominator = mean(40_000, |u| plain(sampler.sample(&scene, u)));
         assert!(agree(denominator, (form, 0.0)), "{normal}: {denominator:?} {form}");
         let by_area = mean(200_000, |u| red(source.sample(&scene, Vec3::ZERO, u), normal));
         let by_angle = mean(40_000, |u| red(sampler.sample(&scene, u), normal));
         assert!(agree(by_area, by_angle), "{normal}: {by_area:?} {by_angle:?}");
+        // In the colours that show from here.
+        let seen = f64::from(source.irradiance(&closed, Vec3::ZERO, normal).x);
+        assert!((seen / by_angle.0 - 1.0).abs() < 0.01, "{normal}: {seen}, sampled {by_angle:?}");
     }
     assert!(mean_radiance > 0.0 && mean_radiance < 1.0);
 }

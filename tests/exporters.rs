@@ -169,6 +169,38 @@ fn map_opacity_is_a_mask() {
 }
 
 #[test]
+fn options_place_the_texture_and_choose_the_mask() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    // Left half red, cut out by alpha; right half green.
+    let halves =
+        image::RgbaImage::from_fn(64, 2, |x, _| image::Rgba(if x < 32 { [255, 0, 0, 0] } else { [0, 255, 0, 255] }));
+    halves.save(folder.path().join("h.png")).expect("a written image");
+    let mtl = "newmtl plain\nmap_Kd h.png\nmap_d -imfchan l h.png\nnewmtl scaled\nmap_Kd -s 2 1 1 h.png\nnewmtl moved\nmap_Kd h.png -o 0.5\n\
+               newmtl clamped\nmap_Kd -s 4 4 -clamp on h.png\nnewmtl red\nmap_d -imfchan r h.png\n";
+    write(folder.path(), "a.mtl", mtl);
+    write(folder.path(), "a.obj", squares(mtl));
+    let loaded = load_in(folder.path());
+    let at = |square: u32, u: f32| {
+        // On the first triangle of a square, whose corners have u of 0, 1, 1.
+        let (t, v) = (TriangleId(2 * square), 0.1);
+        (loaded.scene.kd_at(t, u - v, v), loaded.scene.is_opaque_at(t, u - v, v))
+    };
+    let (red, green) = (Vec3::X, Vec3::Y);
+    assert_eq!([at(0, 0.3), at(0, 0.7)], [(red, false), (green, true)]);
+    assert_eq!(
+        [at(1, 0.2), at(1, 0.4), at(1, 0.7), at(1, 0.9)],
+        [(red, false), (green, true), (red, false), (green, true)]
+    );
+    assert_eq!([at(2, 0.3), at(2, 0.7)], [(green, true), (red, false)]);
+    assert_eq!(
+        [at(3, 0.11), at(3, 0.2), at(3, 0.4), at(3, 0.9)],
+        [(red, false), (green, true), (green, true), (green, true)]
+    );
+    assert_eq!([at(4, 0.3).1, at(4, 0.7).1], [true, false], "the mask is red");
+    assert!(said(&loaded).is_empty(), "{:?}", said(&loaded));
+}
+
+#[test]
 fn the_first_library_named_counts() {
     let folder = tempfile::tempdir().expect("a temporary directory");
     write(folder.path(), "first.mtl", "newmtl paint\nKd 1 0 0\nnewmtl twice\nKd 0\nnewmtl twice\nKd 0 1 0\n");

@@ -47,7 +47,7 @@ fn magnified_textures_are_the_scenes_own_look_up() {
         let textured = add_material(&mut scene, |m| {
             m.kd = Vec3::new(0.9, 0.8, 0.7);
             m.ks = Vec3::new(0.1, 0.05, 0.2);
-            m.map_kd = Some(texture);
+            m.map_kd = Some(texture.into());
         });
         // Coordinates from −1.3 on: repetition on both sides of zero.
         add_quad(&mut scene, Vec3::new(-1.0, -0.8, 0.2), Vec3::new(2.0, 0.3, -0.5), Vec3::Y * 1.6, textured, 2.0);
@@ -82,7 +82,7 @@ fn tilted_planes_are_filtered_as_on_the_cpu() {
         let textured = add_material(&mut scene, |m| {
             m.kd = Vec3::new(0.9, 0.8, 0.7);
             m.ke = Vec3::new(1.0, 2.0, 3.0);
-            (m.map_kd, m.map_ke) = (Some(texture), Some(texture));
+            (m.map_kd, m.map_ke) = (Some(texture.into()), Some(texture.into()));
         });
         // From magnified at the lower edge to far minified near the horizon.
         add_quad(&mut scene, Vec3::new(-3.0, -0.4, 2.9), Vec3::X * 6.0, Vec3::new(0.5, 0.3, -30.0), textured, 9.0);
@@ -119,7 +119,7 @@ fn minified_textures_tend_to_their_mean_in_linear_light() {
         let checks = add_texture(&mut scene, 64, 64, |x, y| [if (x + y) % 2 == 0 { 255 } else { 0 }; 4]);
         let textured = add_material(&mut scene, |m| {
             m.kd = Vec3::ONE;
-            m.map_kd = Some(checks);
+            m.map_kd = Some(checks.into());
         });
         add_quad(&mut scene, Vec3::new(-1.0, -1.0, 0.0), Vec3::X * 2.0, Vec3::Y * 2.0, textured, 20.0);
         let layers = colours(renderer, &scene, 64, 64);
@@ -141,7 +141,7 @@ fn light_is_emitted_on_the_side_that_the_scene_says() {
             let lamp = add_material(&mut scene, |m| m.ke = Vec3::new(3e5, 1e5, 10.0));
             let screen = add_material(&mut scene, |m| {
                 m.ke = Vec3::splat(2.0);
-                m.map_ke = Some(texture);
+                m.map_ke = Some(texture.into());
             });
             add_quad(&mut scene, Vec3::new(-1.0, -1.0, 0.0), Vec3::X, Vec3::Y * 2.0, lamp, 1.0);
             add_quad(&mut scene, Vec3::new(1.0, -1.0, 0.0), Vec3::X * -0.9, Vec3::Y * 2.0, screen, 1.0);

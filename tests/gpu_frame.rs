@@ -16,11 +16,11 @@ fn room() -> Scene {
         if (x / 8 + y / 8) % 2 == 0 { [230, 220, 200, 255] } else { [60, 50, 90, 255] }
     });
     let holes = add_texture(&mut scene, 32, 32, |x, y| [255, 255, 255, if (x / 4 + y / 4) % 2 == 0 { 255 } else { 0 }]);
-    let floor = add_material(&mut scene, |m| m.map_kd = Some(checks));
+    let floor = add_material(&mut scene, |m| m.map_kd = Some(checks.into()));
     let red = add_material(&mut scene, |m| m.kd = Vec3::new(0.7, 0.1, 0.1));
     let green = add_material(&mut scene, |m| m.kd = Vec3::new(0.1, 0.6, 0.2));
     let lamp = add_material(&mut scene, |m| m.ke = Vec3::splat(12.0));
-    let screen = add_material(&mut scene, |m| m.map_d = Some(holes));
+    let screen = add_material(&mut scene, |m| m.map_d = Some(holes.into()));
     add_quad(&mut scene, Vec3::new(-1.0, -1.0, 1.0), Vec3::X * 2.0, Vec3::Z * -2.0, floor, 3.0);
     add_quad(&mut scene, Vec3::new(-1.0, 1.0, -1.0), Vec3::X * 2.0, Vec3::Z * 2.0, 0, 1.0);
     add_quad(&mut scene, Vec3::new(-1.0, -1.0, -1.0), Vec3::X * 2.0, Vec3::Y * 2.0, 0, 1.0);

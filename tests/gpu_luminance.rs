@@ -138,7 +138,7 @@ fn differing(a: &Layers, b: &Layers) -> f32 {
 fn scene_to_refine() -> Scene {
     let mut scene = confetti(60);
     let holes = add_texture(&mut scene, 4, 4, |x, y| [255, 255, 255, if (x + y) % 2 == 0 { 255 } else { 0 }]);
-    let masked = add_material(&mut scene, |m| m.map_d = Some(holes));
+    let masked = add_material(&mut scene, |m| m.map_d = Some(holes.into()));
     add_quad(&mut scene, Vec3::new(-1.0, -1.0, 1.2), Vec3::X * 2.0, Vec3::Y * 2.0, masked, 2.0);
     add_quad(&mut scene, Vec3::new(-1.5, -1.5, -1.5), Vec3::X * 3.0, Vec3::Y * 3.0, 0, 1.0);
     scene

@@ -85,7 +85,7 @@ fn masks_cut_out_what_the_rule_of_rays_cuts_out() {
     with_renderer(|renderer| {
         let mut scene = empty_scene();
         let holes = add_texture(&mut scene, 5, 7, |x, y| [255, 255, 255, ((x * 53 + y * 91) % 256) as u8]);
-        let masked = add_material(&mut scene, |m| m.map_d = Some(holes));
+        let masked = add_material(&mut scene, |m| m.map_d = Some(holes.into()));
         add_quad(&mut scene, Vec3::new(-1.0, -0.8, 0.5), Vec3::new(1.9, 0.2, -0.6), Vec3::Y * 1.6, masked, 3.3);
         add_quad(&mut scene, Vec3::new(1.0, -1.0, -0.5), Vec3::X * -2.0, Vec3::Y * 2.0, masked, 1.7);
         add_quad(&mut scene, Vec3::new(-0.6, -0.9, -1.0), Vec3::X * 1.2, Vec3::Y * 1.8, 0, 1.0);

@@ -15,7 +15,7 @@ use penombre::scene::texture::{Texture, TextureId};
 fn soup() -> Scene {
     let mut scene = Scene::default();
     material(&mut scene, |_| {});
-    material(&mut scene, |m| m.map_d = Some(TextureId(0)));
+    material(&mut scene, |m| m.map_d = Some(TextureId(0).into()));
     let texels = (0..64).map(|i| [255, 255, 255, if (i / 8 + i % 8) % 2 == 0 { 255 } else { 0 }]).collect();
     scene.textures.push(Texture::new("checker".into(), [8, 8], texels));
     let sequence = Sequence::new(1);

@@ -297,10 +297,10 @@ fn textures_are_decoded_once_for_each_use() {
     assert_eq!(scene.textures.len(), 2);
     assert_eq!(a.map_kd, b.map_kd);
     assert_ne!(a.map_kd, a.map_d);
+    assert_eq!(a.map_d, b.map_d, "the alpha of a colour map is its mask");
     assert_eq!((c.map_kd, c.map_d, c.kd), (None, None, Vec3::splat(0.5)));
     assert_eq!(b.kd, Vec3::ONE, "Kd 0 with a map means 1");
-    let texels =
-        |id: Option<penombre::scene::texture::TextureId>| scene.textures[id.expect("a map").0 as usize].texels();
+    let texels = |map: Option<penombre::scene::material::TextureMap>| scene.texture(&map.expect("a map")).texels();
     assert_eq!(texels(a.map_kd)[..2], [[200, 100, 0, 255]; 2], "alpha of a colour map is not used");
     assert_eq!(texels(a.map_d)[..2].iter().map(|t| t[3]).collect::<Vec<_>>(), [255, 10]);
     let found: Vec<_> = lines(&report, Severity::Warning).into_iter().filter(|&l| l > 0).collect();

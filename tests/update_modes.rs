@@ -38,7 +38,7 @@ fn renderer(device: &Arc<Device>, format: Option<DepthFormat>, order: DepthOrder
 fn scene() -> Scene {
     let mut scene = confetti(40);
     let holes = add_texture(&mut scene, 4, 4, |x, y| [255, 255, 255, if (x + y) % 2 == 0 { 255 } else { 0 }]);
-    let masked = add_material(&mut scene, |m| m.map_d = Some(holes));
+    let masked = add_material(&mut scene, |m| m.map_d = Some(holes.into()));
     add_quad(&mut scene, Vec3::new(-1.0, -1.0, 1.2), Vec3::new(2.0, 0.0, -0.7), Vec3::Y * 2.0, masked, 2.0);
     add_quad(&mut scene, Vec3::new(-1.5, -1.5, -1.5), Vec3::new(3.0, 0.3, -0.9), Vec3::new(-0.2, 3.0, 1.4), 0, 1.0);
     scene

@@ -19,7 +19,7 @@ struct DrawnTriangle {
     uint id;
 };
 
-// Texture indices, or NONE. Reflectances are linear, ke is radiance in W/sr/m2.
+// Texture entries, or NONE. Reflectances are linear, ke is radiance in W/sr/m2.
 struct Material {
     vec3 kd;
     uint map_kd;
@@ -29,10 +29,15 @@ struct Material {
     uint map_ke;
 };
 
-// A texture's mip chain: index of each level's first texel.
+// A texture's mip chain, index of each level's first texel; looked up at uv * scale + offset.
+const uint CLAMPS = 1u;          // its edge goes on outside of [0, 1]
+const uint SHARED_EXPONENT = 2u; // encoding of its texels, scene::texture::Encoding
 struct Texture {
     uvec2 extent;
     uint levels;
+    uint flags;
+    vec2 scale;
+    vec2 offset;
     uint first[MAX_LEVELS];
 };
 
@@ -85,6 +90,7 @@ struct Frame {
     Materials materials;
     Textures textures;
     Texels texels;
+    uvec2 colours; // address of three vertex colours a triangle, 0 without any
     Slots slots;
     Leaves leaves;
     LeafList leaf_list;

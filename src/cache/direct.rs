@@ -402,7 +402,7 @@ impl<'a> Tracing<'a> {
 pub(super) fn weigh(cache: &Cache, arrival: &Arrival, visible: bool, sums: &mut [(SlotId, AreaSum)]) {
     for (slot, sum) in sums {
         let cosine = cache.slots[slot.0].normal.dot(arrival.direction).max(0.0);
-        sum.unoccluded += luminance(arrival.mean_facing) * cosine;
+        sum.unoccluded += luminance(arrival.facing) * cosine;
         if visible {
             sum.visible += arrival.facing * cosine;
         }

@@ -276,14 +276,17 @@ impl Place<'_> {
         let Samples { visibility, sum, .. } = samples;
         let unoccluded = match appearance {
             Appearance::Distant(irradiance) => *irradiance,
-            Appearance::Form(form) => form.irradiance(self.receiver.normal),
+            Appearance::Form(form) => source.irradiance(form, self.receiver.x, self.receiver.normal),
             Appearance::Sampled if samples.weigh() => {
                 let mean = sum.visible / visibility.points as f32;
                 return (mean, mean / visibility.fraction().max(0.05));
             }
             Appearance::Sampled => unoccluded_estimate(self.world, source, self.receiver.x, self.receiver.normal),
         };
-        (samples.of_closed_form(unoccluded).unwrap_or(unoccluded * visibility.fraction()), unoccluded)
+        let fraction = visibility.fraction();
+        // Where all of it is visible, a few points would have the colours of a few texels.
+        let sampled = samples.of_closed_form(unoccluded).filter(|_| fraction < 1.0);
+        (sampled.unwrap_or(unoccluded * fraction), unoccluded)
     }
 
     /// Highlight without occlusion.
@@ -328,7 +331,7 @@ fn unoccluded_estimate(world: &World<'_>, source: &AreaSource, x: Vec3, normal: 
     let irradiance = |i| {
         let [u, v, ..] = sequence.point(i);
         let arrival = sampler.sample(world.scene, [u, v]);
-        arrival.map_or(Vec3::ZERO, |a| a.mean_facing * normal.dot(a.direction).max(0.0))
+        arrival.map_or(Vec3::ZERO, |a| a.facing * normal.dot(a.direction).max(0.0))
     };
     (0..ESTIMATE_POINTS).map(irradiance).sum::<Vec3>() / ESTIMATE_POINTS as f32
 }

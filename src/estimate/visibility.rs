@@ -116,6 +116,6 @@ impl Visibility {
 pub struct AreaSum {
     /// Σ of v L g, W·m⁻²: the irradiance samples of visible points.
     pub visible: Vec3,
-    /// Σ of the luminance of L̄ g: the same as if all were visible and the emission even.
+    /// Σ of the luminance of L g: the same as if all were visible.
     pub unoccluded: f32,
 }

@@ -10,6 +10,7 @@ use super::update::{Context, UpdateMode};
 use crate::error::Result;
 use crate::refine::update::{LeafId, LeafPixels};
 use crate::scene::Display;
+use crate::vk::Buffer;
 use crate::vk::timestamp::PassTimes;
 
 /// What a frame does.
@@ -182,6 +183,7 @@ impl Renderer {
             materials: scene.materials.address(),
             textures: scene.textures.address(),
             texels: scene.texels.address(),
+            colours: scene.colours.as_ref().map_or(0, Buffer::address),
             slots: self.mesh.slots.address(),
             leaves: self.mesh.leaves.address(),
             leaf_list: self.leaf_list.address(),

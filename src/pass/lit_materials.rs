@@ -1,6 +1,7 @@
 //! Materials as the device reads them: the scene's, and a copy for each area light, whose emission changes with the light.
 
 use super::shared::GpuMaterial;
+use super::texture_maps::TextureMaps;
 use crate::scene::light::LightKind;
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
@@ -16,9 +17,9 @@ pub(super) struct LitMaterials {
 
 impl LitMaterials {
     /// The list for a scene, and the entry that each triangle uses.
-    pub(super) fn new(scene: &Scene) -> (Self, Vec<u32>) {
+    pub(super) fn new(scene: &Scene, maps: &TextureMaps) -> (Self, Vec<u32>) {
         let mut of_triangle: Vec<u32> = scene.triangle_materials.iter().map(|material| material.0).collect();
-        let mut list: Vec<GpuMaterial> = scene.materials.iter().map(GpuMaterial::new).collect();
+        let mut list: Vec<GpuMaterial> = scene.materials.iter().map(|m| GpuMaterial::new(m, maps)).collect();
         let mut lights = Vec::new();
         for (index, light) in scene.lights.iter().enumerate() {
             let LightKind::Area { triangles } = &light.kind else { continue };

@@ -20,6 +20,7 @@ mod renderer;
 mod scene_buffers;
 mod shared;
 mod targets;
+mod texture_maps;
 mod update;
 mod visibility;
 mod warm_up;

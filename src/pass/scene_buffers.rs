@@ -1,8 +1,9 @@
 //! The scene on the device: geometry, materials, and all texels with their mip chains in one buffer.
 
 use super::lit_materials::LitMaterials;
-use super::shared::{GpuDrawnTriangle, GpuMaterial, GpuTexture, GpuTriangle, MAX_LEVELS};
-use crate::error::{Error, Result};
+use super::shared::{GpuDrawnTriangle, GpuMaterial, GpuTriangle};
+use super::texture_maps::TextureMaps;
+use crate::error::Result;
 use crate::scene::texture::Texture;
 use crate::scene::{EmissionSide, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
@@ -22,8 +23,11 @@ pub(super) struct SceneBuffers {
     pub drawn: Buffer,
     pub materials: Buffer,
     lit: LitMaterials,
+    maps: TextureMaps,
     pub textures: Buffer,
     pub texels: Buffer,
+    /// Vertex colours, where the scene has any.
+    pub colours: Option<Buffer>,
     /// Triangles without mask, drawn first.
     pub opaque_count: u32,
     /// Triangles with one, after them.
@@ -41,44 +45,42 @@ impl SceneBuffers {
             (0..scene.triangles.len() as u32).map(|t| scene.material(TriangleId(t)).map_d.is_some()).collect();
         let drawn = drawing_order(scene, &masked);
         let masked_count = masked.iter().filter(|&&m| m).count() as u32;
-        let (lit, of_triangle) = LitMaterials::new(scene);
+        let maps = TextureMaps::new(scene)?;
+        let (lit, of_triangle) = LitMaterials::new(scene, &maps);
         let materials = lit.lit(&[]);
-        let (headers, total) = texture_headers(&scene.textures)?;
         let mut fill = |name, data: &[u8]| filled(device, commands, name, data);
+        let colours = bytemuck::cast_slice(&scene.colours);
+        let colours = if colours.is_empty() { None } else { Some(fill("vertex colours", colours)?) };
         let buffers = Self {
             positions: fill("positions", bytemuck::cast_slice(&scene.positions))?,
             triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene, &of_triangle)))?,
+            colours,
             drawn: fill("drawn triangles", bytemuck::cast_slice(&drawn))?,
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
-            textures: fill("textures", bytemuck::cast_slice(&headers))?,
-            texels: Buffer::new(device, "texels", 4 * total, BufferUse::Static)?,
+            textures: fill("textures", bytemuck::cast_slice(&maps.headers))?,
+            texels: Buffer::new(device, "texels", 4 * maps.texels, BufferUse::Static)?,
             opaque_count: drawn.len() as u32 - masked_count,
             masked_count,
             masked,
             lit,
-            emission_scale: emission_scale(&materials),
+            emission_scale: emission_scale(&materials, &maps),
+            maps,
             emits_back: scene.emission_side == EmissionSide::Both,
         };
-        buffers.with_texels(device, commands, &scene.textures, &headers)
+        buffers.with_texels(device, commands, &scene.textures)
     }
 
     /// Changes what the area lights emit to `factors` times what the scene says, in the order of its lights.
     pub(super) fn relight(&mut self, device: &Device, commands: &mut Commands, factors: &[Vec3]) -> Result<()> {
         let materials = self.lit.lit(factors);
-        self.emission_scale = emission_scale(&materials);
+        self.emission_scale = emission_scale(&materials, &self.maps);
         commands.upload(device, &mut self.materials, 0, &materials)
     }
 
     /// Writes the mip chains.
-    fn with_texels(
-        mut self,
-        device: &Device,
-        commands: &mut Commands,
-        textures: &[Texture],
-        headers: &[GpuTexture],
-    ) -> Result<Self> {
-        for (texture, header) in textures.iter().zip(headers) {
-            commands.upload(device, &mut self.texels, 4 * u64::from(header.first[0]), texture.texels())?;
+    fn with_texels(mut self, device: &Device, commands: &mut Commands, textures: &[Texture]) -> Result<Self> {
+        for (texture, first) in textures.iter().zip(&self.maps.first) {
+            commands.upload(device, &mut self.texels, 4 * first, texture.texels())?;
         }
         Ok(self)
     }
@@ -92,8 +94,9 @@ pub(super) fn fitting_scale(max: f32) -> f32 {
     (TARGET_EXPONENT - max.log2().floor()).clamp(-100.0, 100.0).exp2()
 }
 
-fn emission_scale(materials: &[GpuMaterial]) -> f32 {
-    fitting_scale(materials.iter().map(|m| Vec3::from(m.ke).max_element()).fold(0.0, f32::max))
+fn emission_scale(materials: &[GpuMaterial], maps: &TextureMaps) -> f32 {
+    let peak = |m: &GpuMaterial| Vec3::from(m.ke).max_element() * maps.peak(m.map_ke);
+    fitting_scale(materials.iter().map(peak).fold(0.0, f32::max))
 }
 
 fn filled<T: NoUninit>(device: &Device, commands: &mut Commands, name: &str, data: &[T]) -> Result<Buffer> {
@@ -118,22 +121,4 @@ fn drawing_order(scene: &Scene, masked: &[bool]) -> Vec<GpuDrawnTriangle> {
             .map(|((id, &corners), _)| GpuDrawnTriangle { corners, id })
     };
     pick(false).chain(pick(true)).collect()
-}
-
-/// Where each level of each texture starts, and the number of texels in all.
-fn texture_headers(textures: &[Texture]) -> Result<(Vec<GpuTexture>, u64)> {
-    let mut total = 0u64;
-    let mut headers = Vec::with_capacity(textures.len());
-    for texture in textures {
-        let extents = texture.extents();
-        let mut first = [0; MAX_LEVELS];
-        for (first, [w, h]) in first.iter_mut().zip(extents) {
-            *first = u32::try_from(total).map_err(|_| {
-                Error::Exhausted("the textures hold more than 2^32 texels together; make them smaller".to_owned())
-            })?;
-            total += u64::from(*w) * u64::from(*h);
-        }
-        headers.push(GpuTexture { extent: extents[0], levels: extents.len() as u32, first });
-    }
-    Ok((headers, total))
 }

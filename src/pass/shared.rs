@@ -1,9 +1,9 @@
 //! The structs that host and shaders share; `glsl/include/frame.glsl` is the other side, checked when compiling.
 
+use super::texture_maps::TextureMaps;
 use crate::refine::update::{Leaf, Slot};
 use crate::scene::TriangleId;
 use crate::scene::material::Material;
-use crate::scene::texture::TextureId;
 use crate::vk::shaders::host_matches_shader;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -23,6 +23,8 @@ pub(super) struct FrameUniform {
     pub materials: u64,
     pub textures: u64,
     pub texels: u64,
+    /// Address of three vertex colours a triangle; 0 without any.
+    pub colours: u64,
     pub slots: u64,
     pub leaves: u64,
     pub leaf_list: u64,
@@ -69,7 +71,7 @@ pub(super) struct GpuDrawnTriangle {
     pub id: u32,
 }
 
-/// A material; texture indices or [`NONE`].
+/// A material; entries of [`super::texture_maps::TextureMaps`] or [`NONE`].
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct GpuMaterial {
@@ -81,12 +83,16 @@ pub(super) struct GpuMaterial {
     pub map_ke: u32,
 }
 
-/// A texture's mip chain.
+/// A texture's mip chain, and how it is looked up.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct GpuTexture {
     pub extent: [u32; 2],
     pub levels: u32,
+    /// See [`super::texture_maps`].
+    pub flags: u32,
+    pub scale: [f32; 2],
+    pub offset: [f32; 2],
     /// Index of each level's first texel.
     pub first: [u32; MAX_LEVELS],
 }
@@ -131,7 +137,7 @@ pub(super) struct GpuLookupRoot {
 
 host_matches_shader!(FrameUniform, frame, {
     clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, drawn: DRAWN,
-    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, slots: SLOTS, leaves: LEAVES,
+    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, colours: COLOURS, slots: SLOTS, leaves: LEAVES,
     leaf_list: LEAF_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
     list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, leaf_pixels: LEAF_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
@@ -142,22 +148,23 @@ host_matches_shader!(GpuDrawnTriangle, drawn_triangle, { corners: CORNERS, id: I
 host_matches_shader!(GpuMaterial, material, {
     kd: KD, map_kd: MAP_KD, ks: KS, map_d: MAP_D, ke: KE, map_ke: MAP_KE,
 });
-host_matches_shader!(GpuTexture, texture, { extent: EXTENT, levels: LEVELS, first: FIRST });
+host_matches_shader!(GpuTexture, texture, {
+    extent: EXTENT, levels: LEVELS, flags: FLAGS, scale: SCALE, offset: OFFSET, first: FIRST,
+});
 host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT, diffuse: DIFFUSE, specular: SPECULAR });
 host_matches_shader!(GpuLookupNode, lookup_node, { child: CHILD, stamp: STAMP, codes: CODES, leaves: LEAVES });
 host_matches_shader!(GpuLookupRoot, lookup_root, { node: NODE, stamp: STAMP });
 host_matches_shader!(GpuLeaf, leaf, { slots: SLOTS, face: FACE, flat_slot: FLAT_SLOT });
 
 impl GpuMaterial {
-    pub(super) fn new(material: &Material) -> Self {
-        let index = |map: Option<TextureId>| map.map_or(NONE, |t| t.0);
+    pub(super) fn new(material: &Material, maps: &TextureMaps) -> Self {
         Self {
             kd: material.kd.to_array(),
-            map_kd: index(material.map_kd),
+            map_kd: maps.index(material.map_kd.as_ref()),
             ks: material.ks.to_array(),
-            map_d: index(material.map_d),
+            map_d: maps.index(material.map_d.as_ref()),
             ke: material.ke.to_array(),
-            map_ke: index(material.map_ke),
+            map_ke: maps.index(material.map_ke.as_ref()),
         }
     }
 }

@@ -97,7 +97,7 @@ fn leaves(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation: u32) ->
 fn miniature() -> Scene {
     let texels = vec![[255, 128, 0, 255], [0, 0, 0, 0], [0, 0, 0, 0], [255, 255, 255, 255]];
     let texture = Texture::new("warm-up".to_owned(), [2, 2], texels);
-    let map = Some(TextureId(0));
+    let map = Some(TextureId(0).into());
     let textured = Material { map_kd: map, map_ke: map, ke: Vec3::ONE, ..Material::grey("textured") };
     let masked = Material { map_d: map, ..Material::grey("masked") };
     let mut scene = Scene { textures: vec![texture], materials: vec![textured, masked], ..Scene::default() };

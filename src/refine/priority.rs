@@ -20,7 +20,7 @@ impl Reflectances {
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
         let of = |m: &crate::scene::material::Material| {
-            let texture = m.map_kd.map_or(Vec3::ONE, |t| scene.textures[t.0 as usize].mean());
+            let texture = m.map_kd.as_ref().map_or(Vec3::ONE, |map| scene.texture(map).mean());
             [luminance(m.kd * texture), luminance(m.ks)]
         };
         Self { by_material: scene.materials.iter().map(of).collect() }
@@ -34,7 +34,9 @@ impl Reflectances {
     }
 
     fn of_face(&self, scene: &Scene, face: FaceId) -> [f32; 2] {
-        self.by_material[scene.triangle_materials[face.triangle().0 as usize].0 as usize]
+        let [kd, ks] = self.by_material[scene.triangle_materials[face.triangle().0 as usize].0 as usize];
+        let colour = scene.colour_at(face.triangle(), 1.0 / 3.0, 1.0 / 3.0);
+        [kd * luminance(colour), ks]
     }
 
     /// Square of the share of D's noise that a face shows.

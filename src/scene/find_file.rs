@@ -10,7 +10,7 @@ use unicode_normalization::UnicodeNormalization;
 /// Folders in which textures lie, beside the file that names them or beside its folder.
 const TEXTURE_FOLDERS: [&str; 5] = ["textures", "texture", "tex", "maps", "images"];
 /// Formats in which a texture may lie that is named in another.
-const TEXTURE_EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "tga", "bmp", "hdr"];
+const TEXTURE_EXTENSIONS: [&str; 7] = ["png", "jpg", "jpeg", "tga", "bmp", "hdr", "exr"];
 
 /// Where a texture was found.
 #[derive(Clone, Debug, PartialEq, Eq)]

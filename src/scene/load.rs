@@ -2,13 +2,13 @@
 
 use super::input::{self, Kind};
 use super::light::Light;
-use super::material::{Material, MaterialId};
+use super::material::{Material, MaterialId, TextureMap};
 use super::obj::{self, SKIP, Soup};
 use super::obj_text::{Named, ObjText};
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::stock::Stock;
-use super::texture::{Texture, TextureId};
+use super::texture::Texture;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, textures};
 use crate::error::{Error, Result};
 use rayon::prelude::*;
@@ -84,7 +84,7 @@ pub fn load(path: &Path) -> Result<Loaded> {
     let slots: Vec<Slots> =
         files.iter().zip(&named).map(|(file, named)| resolve(file, named, &mut stock, &mut report)).collect();
     timings.materials = start.elapsed() - timings.text;
-    let (decoded, soup) = rayon::join(|| decode(&stock), || assemble(&files, &slots));
+    let (decoded, soup) = rayon::join(|| decode(&stock), || assemble(&files, &slots, &stock.painted));
     let ((images, ids, image_report), spent) = decoded;
     timings.textures = spent;
     let (soup, geometry_report, spent) = soup;
@@ -188,17 +188,25 @@ fn in_use(files: &[ObjFile], named: &[Vec<Option<usize>>]) -> impl Iterator<Item
 }
 
 fn resolve(file: &ObjFile, named: &[Option<usize>], stock: &mut Stock, report: &mut Report) -> Slots {
+    let coloured = file.text.has_colours;
+    let stand_in = if coloured { "the vertex colours are" } else { "grey is" };
     let slot = |(named, index): (&Named, &Option<usize>)| match index {
-        Some(index) => stock.slot(*index, report),
+        Some(index) => stock.slot(*index, coloured, report),
         None => {
-            let message = format!("material {}: in no MTL file: grey is used", named.name);
+            let message = format!("material {}: in no MTL file: {stand_in} used", named.name);
             report.warn(&file.path, Some(named.line), message);
-            stock.grey(&named.name)
+            stock.grey(&named.name, coloured)
         }
     };
-    let of_material = file.text.materials.iter().zip(named).map(slot).collect();
+    let of_material: Vec<u32> = file.text.materials.iter().zip(named).map(slot).collect();
     // `tobj` names no material only before the first `usemtl`.
-    let no_material = if starts_without_material(&file.text.faces) { stock.grey("no material") } else { SKIP };
+    let no_material =
+        if starts_without_material(&file.text.faces) { stock.grey("no material", coloured) } else { SKIP };
+    let is_painted = |&slot: &u32| stock.painted.get(slot as usize).is_some_and(|&painted| painted);
+    if coloured && !of_material.iter().chain([&no_material]).any(is_painted) {
+        let message = "the vertex colours are not used: every material has its own Kd or map_Kd";
+        report.warn(&file.path, None, message);
+    }
     Slots { of_material, no_material }
 }
 
@@ -208,7 +216,7 @@ fn starts_without_material(faces: &[u8]) -> bool {
     faces.get(after_library) == Some(&b'f')
 }
 
-type Decoded = ((Vec<Texture>, Vec<Option<TextureId>>, Report), Duration);
+type Decoded = ((Vec<Texture>, Vec<Option<TextureMap>>, Report), Duration);
 
 fn decode(stock: &Stock) -> Decoded {
     let start = Instant::now();
@@ -218,29 +226,30 @@ fn decode(stock: &Stock) -> Decoded {
     ((images, ids, report), start.elapsed())
 }
 
-fn assemble(files: &[ObjFile], slots: &[Slots]) -> (Soup, Report, Duration) {
+fn assemble(files: &[ObjFile], slots: &[Slots], painted: &[bool]) -> (Soup, Report, Duration) {
     let start = Instant::now();
     let mut report = Report::default();
     let mut soup = Soup::default();
     let parsed: Vec<_> = files.par_iter().map(|file| obj::parse(&file.text)).collect();
     for ((models, file), slots) in parsed.into_iter().zip(files).zip(slots) {
         match models {
-            Ok(models) => soup.add(&models, &slots.of_material, slots.no_material),
+            Ok(models) => soup.add(&models, &slots.of_material, slots.no_material, painted),
             Err(error) => report.error(&file.path, None, format!("cannot be read: {error}")),
         }
     }
+    soup.complete_colours();
     (soup, report, start.elapsed())
 }
 
 /// The materials of all slots; `ids` answers the requests of the drawn ones, in order.
-fn build_materials(stock: &Stock, ids: &[Option<TextureId>], report: &mut Report) -> Vec<Material> {
+fn build_materials(stock: &Stock, ids: &[Option<TextureMap>], report: &mut Report) -> Vec<Material> {
     let mut answers = ids.iter().copied();
-    stock.materials(|m| {
+    stock.materials(|m, painted| {
         let mut maps = [None; 3];
         for (map, _) in materials::requests(m) {
             maps[map as usize] = answers.next().flatten();
         }
-        materials::build(m, maps, report)
+        materials::build(m, maps, painted, report)
     })
 }
 
@@ -273,6 +282,7 @@ fn finish_scene(
         triangles: soup.triangles,
         normals: soup.normals,
         uvs: soup.uvs,
+        colours: soup.colours,
         triangle_materials: soup.slots.into_iter().map(MaterialId).collect(),
         materials,
         textures,

@@ -1,11 +1,40 @@
 //! Materials: the part of MTL that the reflection model uses.
 
-use super::texture::TextureId;
-use glam::Vec3;
+use super::texture::{TextureId, Wrap};
+use glam::{Vec2, Vec3};
 
 /// Index into [`super::Scene::materials`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MaterialId(pub u32);
+
+/// A texture as a material looks it up: at uv · scale + offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TextureMap {
+    /// The texture.
+    pub texture: TextureId,
+    /// How often it repeats over a unit of u and v (`-s`).
+    pub scale: Vec2,
+    /// What is added to the scaled coordinates (`-o`).
+    pub offset: Vec2,
+    /// What shows outside of [0, 1] (`-clamp`).
+    pub wrap: Wrap,
+}
+
+impl From<TextureId> for TextureMap {
+    /// The texture by the coordinates as they are, repeated.
+    fn from(texture: TextureId) -> Self {
+        Self { texture, scale: Vec2::ONE, offset: Vec2::ZERO, wrap: Wrap::Repeat }
+    }
+}
+
+impl TextureMap {
+    /// Where the texture is looked up for texture coordinates `uv`.
+    #[must_use]
+    #[inline]
+    pub fn place(&self, uv: Vec2) -> Vec2 {
+        uv * self.scale + self.offset
+    }
+}
 
 /// A physically normalised Phong material, f_r = k_d/π + k_s (s+2)/(2π) max(0, r·ω)^s  [FP03 §4.3].
 ///
@@ -23,12 +52,12 @@ pub struct Material {
     pub shininess: f32,
     /// Emitted radiance (`Ke`), W·sr⁻¹·m⁻².
     pub ke: Vec3,
-    /// Diffuse texture, sRGB.
-    pub map_kd: Option<TextureId>,
-    /// Emission texture, sRGB.
-    pub map_ke: Option<TextureId>,
+    /// Diffuse texture, at most 1.
+    pub map_kd: Option<TextureMap>,
+    /// Emission texture, which may be brighter than 1.
+    pub map_ke: Option<TextureMap>,
     /// Cut-out mask (one channel, linear): opaque at ≥ 0.5.
-    pub map_d: Option<TextureId>,
+    pub map_d: Option<TextureMap>,
     /// Whether it is meant to mirror (illum 3 and 5, or s > 1000): until there are reflections its highlight shows light
     /// straight from the sources only.
     pub mirror: bool,

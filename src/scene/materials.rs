@@ -1,12 +1,11 @@
 //! From MTL statements to what the renderer reflects and emits.
 
-use super::map_options::MapOptions;
 use super::map_statement::MapStatement;
-use super::material::Material;
+use super::material::{Material, TextureMap};
 use super::mtl::{Map, MtlMaterial};
 use super::report::Report;
-use super::texture::TextureId;
-use super::textures::{Request, Role};
+use super::texel_source::Role;
+use super::textures::Request;
 use glam::Vec3;
 
 /// Reflectance of a material that names none.
@@ -16,12 +15,19 @@ const MIRROR_NS: f32 = 1000.0;
 /// What is said of them.
 const MIRROR: &str = "mirrors are not supported yet: it shows the highlight of direct light only";
 
-/// The textures that a material asks for, with the map that each is for.
+/// Whether a material leaves the colour to others.
+pub(super) fn has_no_colour(m: &MtlMaterial) -> bool {
+    m.kd.is_none() && m.diffuse_map().is_none()
+}
+
+/// The textures that a material asks for, with the map that each is for. A colour map brings its own mask where the material
+/// names none.
 pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> {
-    let roles = [(Map::Kd, Role::Colour), (Map::Ke, Role::Colour), (Map::D, Role::Mask)];
-    roles.into_iter().filter_map(|(map, role)| {
-        let MapStatement { names, line, .. } = statement(m, map)?.clone();
-        Some((map, Request { names, file: m.file.clone(), line, role }))
+    let mask = if m.maps[Map::D as usize].is_some() { (Map::D, Role::Mask) } else { (Map::Kd, Role::CutOut) };
+    let roles = [(Map::Kd, (Map::Kd, Role::Colour)), (Map::Ke, (Map::Ke, Role::Emission)), (Map::D, mask)];
+    roles.into_iter().filter_map(|(map, (from, role))| {
+        let MapStatement { names, line, options, .. } = statement(m, from)?.clone();
+        Some((map, Request { names, file: m.file.clone(), line, role, options }))
     })
 }
 
@@ -30,11 +36,17 @@ fn statement(m: &MtlMaterial, map: Map) -> Option<&MapStatement> {
     if map == Map::Kd { m.diffuse_map() } else { m.maps[map as usize].as_ref() }
 }
 
-/// The material with its decoded `textures`, by [`Map`]. Warns of what had to be changed.
-pub(super) fn build(m: &MtlMaterial, textures: [Option<TextureId>; 3], report: &mut Report) -> Material {
+/// The material with its decoded `textures`, by [`Map`]; vertex colours are the reflectance of a `painted` one. Warns of what had
+/// to be changed.
+pub(super) fn build(
+    m: &MtlMaterial,
+    textures: [Option<TextureMap>; 3],
+    painted: bool,
+    report: &mut Report,
+) -> Material {
     let mut about = About { m, report };
     let [map_kd, map_ke, map_d] = textures;
-    let kd = about.diffuse(map_kd.is_some());
+    let kd = if painted { Vec3::ONE } else { about.diffuse(map_kd.is_some()) };
     let ke = about.emission(map_ke.is_some());
     let (ks, shininess) = about.highlight();
     let (kd, ks) = about.bounded(kd, ks);
@@ -135,7 +147,9 @@ impl About<'_> {
         let mut options: Vec<&str> = Vec::new();
         for map in [Map::Kd, Map::Ke, Map::D] {
             let Some(statement) = statement(self.m, map) else { continue };
-            options.extend(statement.unused.iter().copied().chain(unused_options(map, &statement.options)));
+            options.extend(&statement.unused);
+            // A channel makes a mask, not a colour.
+            options.extend((map != Map::D && statement.options.channel.is_some()).then_some("-imfchan"));
         }
         options.sort_unstable();
         options.dedup();
@@ -143,19 +157,6 @@ impl About<'_> {
             self.warn(&format!("texture options that are not used: {}", options.join(", ")));
         }
     }
-}
-
-/// Options of a texture that the renderer leaves out though they would change the picture.
-fn unused_options(map: Map, options: &MapOptions) -> Vec<&'static str> {
-    let plain = MapOptions::default();
-    let cases = [
-        ("-s", options.scale != plain.scale),
-        ("-o", options.offset != plain.offset),
-        ("-clamp", options.clamp),
-        ("-mm", (options.base, options.gain) != (plain.base, plain.gain)),
-        ("-imfchan", map != Map::D && options.channel.is_some()),
-    ];
-    cases.into_iter().filter(|(_, is_missed)| *is_missed).map(|(option, _)| option).collect()
 }
 
 /// Scales both reflectances where they reflect more than arrives.
@@ -169,6 +170,7 @@ fn bound(kd: Vec3, ks: Vec3) -> (Vec3, Vec3) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::texture::TextureId;
 
     fn glossy(kd: [f32; 3], ks: [f32; 3]) -> MtlMaterial {
         MtlMaterial {
@@ -184,7 +186,7 @@ mod tests {
     #[test]
     fn no_channel_gains_energy() {
         let mut report = Report::default();
-        let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; 3], &mut report);
+        let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; 3], false, &mut report);
         assert!((m.kd + m.ks).max_element() <= 1.0);
         assert!((m.kd.x / m.ks.x - 9.0 / 7.0).abs() < 1e-5);
         assert_eq!((m.kd.y, m.ks.y), (0.3, 0.3), "a sound channel is kept");
@@ -194,9 +196,9 @@ mod tests {
     #[test]
     fn black_factor_of_a_map_is_one() {
         let mut report = Report::default();
-        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0)), None, None], &mut report);
+        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0).into()), None, None], false, &mut report);
         assert_eq!(m.kd, Vec3::ONE);
-        assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; 3], &mut report).kd, Vec3::ZERO);
+        assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; 3], false, &mut report).kd, Vec3::ZERO);
     }
 
     #[test]
@@ -204,9 +206,9 @@ mod tests {
         let mut report = Report::default();
         let mut m = glossy([0.0; 3], [0.0; 3]);
         m.maps[Map::Kd as usize] = MapStatement::read(b"gone.png", 3);
-        assert_eq!(build(&m, [None; 3], &mut report).kd, Vec3::splat(DEFAULT_KD));
+        assert_eq!(build(&m, [None; 3], false, &mut report).kd, Vec3::splat(DEFAULT_KD));
         m.kd = Some([0.0, 0.0, 0.1]);
-        assert_eq!(build(&m, [None; 3], &mut report).kd, Vec3::new(0.0, 0.0, 0.1));
+        assert_eq!(build(&m, [None; 3], false, &mut report).kd, Vec3::new(0.0, 0.0, 0.1));
         assert_eq!(report.faults.len(), 1);
     }
 
@@ -215,11 +217,11 @@ mod tests {
         let mut report = Report::default();
         let red = MtlMaterial { ns: None, ..glossy([0.8, 0.1, 0.1], [1.0; 3]) };
         for (ns, illum) in [(None, None), (Some(0.0), Some(2)), (None, Some(7))] {
-            let m = build(&MtlMaterial { ns, illum, ..red.clone() }, [None; 3], &mut report);
+            let m = build(&MtlMaterial { ns, illum, ..red.clone() }, [None; 3], false, &mut report);
             assert_eq!((m.kd, m.ks), (Vec3::new(0.8, 0.1, 0.1), Vec3::ZERO), "{ns:?} {illum:?}");
         }
         assert_eq!(report.faults.len(), 3);
-        let mirror = build(&MtlMaterial { illum: Some(3), ..red }, [None; 3], &mut report);
+        let mirror = build(&MtlMaterial { illum: Some(3), ..red }, [None; 3], false, &mut report);
         assert!(mirror.mirror && mirror.ks.x > 0.5 && mirror.shininess == MIRROR_NS, "mirrors need none: {mirror:?}");
     }
 
@@ -228,8 +230,8 @@ mod tests {
         let mut report = Report::default();
         let unsupported = vec![("bump map", "bump".to_owned()), ("roughness", "Pr".to_owned())];
         let m = MtlMaterial { unsupported, ns: None, ..glossy([0.5; 3], [0.0; 3]) };
-        build(&m, [None; 3], &mut report);
-        build(&MtlMaterial { ns: Some(8.0), ..m }, [None; 3], &mut report);
+        build(&m, [None; 3], false, &mut report);
+        build(&MtlMaterial { ns: Some(8.0), ..m }, [None; 3], false, &mut report);
         let said: Vec<_> = report.faults.iter().map(|f| f.message.as_str()).collect();
         let what = "material a: not supported yet and not used: bump map (bump)";
         assert_eq!(said, [format!("{what}, roughness (Pr)"), what.to_owned()]);

@@ -17,6 +17,7 @@ mod map_options;
 mod map_statement;
 pub mod material;
 mod materials;
+mod memory;
 mod mipmap;
 mod mtl;
 mod normals;
@@ -26,19 +27,22 @@ mod polygon;
 pub mod report;
 mod scene_file;
 mod stock;
+mod texel;
+mod texel_source;
 mod text;
 pub mod texture;
 mod textures;
 mod toml_walk;
 mod transparency;
+mod vertex_colours;
 
 use crate::math::triangle::unit_normal;
 use camera::NamedCamera;
 use footprint::Footprint;
 use glam::{Vec2, Vec3};
 use light::Light;
-use material::{Material, MaterialId};
-use texture::{Texture, TextureId};
+use material::{Material, MaterialId, TextureMap};
+use texture::Texture;
 
 /// A triangle of the scene: index into [`Scene::triangles`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -132,6 +136,8 @@ pub struct Scene {
     pub normals: Vec<[Vec3; 3]>,
     /// Texture coordinates at the corners, OBJ convention (v up); zero where the file has none.
     pub uvs: Vec<[Vec2; 3]>,
+    /// Vertex colours at the corners, linear, at most 1: what the material's k_d counts times. Empty where no file has any.
+    pub colours: Vec<[Vec3; 3]>,
     /// The material of every triangle.
     pub triangle_materials: Vec<MaterialId>,
     /// Materials.
@@ -193,7 +199,15 @@ impl Scene {
         &self.materials[self.triangle_materials[triangle.0 as usize].0 as usize]
     }
 
-    /// Diffuse reflectance k_d at a point of a triangle (constant × `map_Kd`), linear.
+    /// The vertex colours at barycentrics (`u`, `v`); 1 without any.
+    #[must_use]
+    #[inline]
+    pub fn colour_at(&self, triangle: TriangleId, u: f32, v: f32) -> Vec3 {
+        let colours = self.colours.get(triangle.0 as usize);
+        colours.map_or(Vec3::ONE, |&[a, b, c]| a * (1.0 - u - v) + b * u + c * v)
+    }
+
+    /// Diffuse reflectance k_d at a point of a triangle (constant × `map_Kd` × vertex colours), linear.
     #[must_use]
     pub fn kd_at(&self, triangle: TriangleId, u: f32, v: f32) -> Vec3 {
         self.kd_over(triangle, u, v, &Footprint::POINT)
@@ -203,14 +217,21 @@ impl Scene {
     #[must_use]
     pub fn kd_over(&self, triangle: TriangleId, u: f32, v: f32, footprint: &Footprint) -> Vec3 {
         let m = self.material(triangle);
-        m.kd * m.map_kd.map_or(Vec3::ONE, |map| self.filtered(map, triangle, [u, v], footprint))
+        let kd = m.kd * self.colour_at(triangle, u, v);
+        kd * m.map_kd.as_ref().map_or(Vec3::ONE, |map| self.filtered(map, triangle, [u, v], footprint))
     }
 
-    fn filtered(&self, map: TextureId, triangle: TriangleId, [u, v]: [f32; 2], footprint: &Footprint) -> Vec3 {
+    fn filtered(&self, map: &TextureMap, triangle: TriangleId, [u, v]: [f32; 2], footprint: &Footprint) -> Vec3 {
         let [a, b, c] = self.uvs[triangle.0 as usize];
-        let gradient = |d: Vec2| (b - a) * d.x + (c - a) * d.y;
-        let uv = self.uv_at(triangle, u, v);
-        self.textures[map.0 as usize].sample_filtered(uv, gradient(footprint.d_dx), gradient(footprint.d_dy))
+        let gradient = |d: Vec2| ((b - a) * d.x + (c - a) * d.y) * map.scale;
+        let uv = map.place(self.uv_at(triangle, u, v));
+        self.texture(map).sample_filtered(uv, gradient(footprint.d_dx), gradient(footprint.d_dy), map.wrap)
+    }
+
+    /// The texture of a map.
+    #[must_use]
+    pub fn texture(&self, map: &TextureMap) -> &Texture {
+        &self.textures[map.texture.0 as usize]
     }
 
     /// Whether the face emits at all: `Ke` > 0 and the right side.
@@ -233,14 +254,20 @@ impl Scene {
             return Vec3::ZERO;
         }
         let m = self.material(face.triangle());
-        m.ke * m.map_ke.map_or(Vec3::ONE, |map| self.filtered(map, face.triangle(), [u, v], footprint))
+        m.ke * m.map_ke.as_ref().map_or(Vec3::ONE, |map| self.filtered(map, face.triangle(), [u, v], footprint))
     }
 
-    /// The cut-out rule, the same everywhere: `map_d` level 0, bilinear, repeat, opaque at ≥ 0.5.
+    /// The most that a material emits at any point, W·sr⁻¹·m⁻².
+    #[must_use]
+    pub fn peak_emission(&self, material: &Material) -> Vec3 {
+        material.ke * material.map_ke.as_ref().map_or(1.0, |map| self.texture(map).peak())
+    }
+
+    /// The cut-out rule, the same everywhere: `map_d` level 0, bilinear, opaque at ≥ 0.5.
     #[must_use]
     pub fn is_opaque_at(&self, triangle: TriangleId, u: f32, v: f32) -> bool {
-        match self.material(triangle).map_d {
-            Some(t) => self.textures[t.0 as usize].alpha(self.uv_at(triangle, u, v)) >= 0.5,
+        match &self.material(triangle).map_d {
+            Some(map) => self.texture(map).alpha(map.place(self.uv_at(triangle, u, v)), map.wrap) >= 0.5,
             None => true,
         }
     }

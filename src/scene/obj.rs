@@ -16,6 +16,8 @@ pub(super) struct Soup {
     pub normals: Vec<[Vec3; 3]>,
     /// Texture coordinates at the corners; zero where the file has none.
     pub uvs: Vec<[Vec2; 3]>,
+    /// Vertex colours at the corners, 1 where they do not count; see [`Self::complete_colours`].
+    pub colours: Vec<[Vec3; 3]>,
     /// Material slot of each triangle: what the caller's list says for its `usemtl`.
     pub slots: Vec<u32>,
     /// Triangles that were left out because they have no area.
@@ -40,15 +42,17 @@ pub(super) fn parse(text: &ObjText) -> Result<Vec<tobj::Model>, tobj::LoadError>
 }
 
 impl Soup {
-    /// Adds the polygons of a file; `slots[k]` is the slot of its k-th material, `no_material` that of faces before any.
-    pub(super) fn add(&mut self, models: &[tobj::Model], slots: &[u32], no_material: u32) {
+    /// Adds the polygons of a file; `slots[k]` is the slot of its k-th material, `no_material` that of faces before any, and
+    /// `painted` says of which slots vertex colours are the reflectance.
+    pub(super) fn add(&mut self, models: &[tobj::Model], slots: &[u32], no_material: u32, painted: &[bool]) {
         for model in models {
             let slot = model.mesh.material_id.map_or(no_material, |k| slots[k]);
-            self.add_mesh(&model.mesh, slot);
+            let is_painted = painted.get(slot as usize).is_some_and(|&p| p);
+            self.add_mesh(&model.mesh, slot, is_painted);
         }
     }
 
-    fn add_mesh(&mut self, mesh: &tobj::Mesh, slot: u32) {
+    fn add_mesh(&mut self, mesh: &tobj::Mesh, slot: u32, painted: bool) {
         let count = mesh.indices.len() / 3;
         self.triangles.reserve(count);
         self.normals.reserve(count);
@@ -60,6 +64,9 @@ impl Soup {
         for face in 0..faces {
             let corners = mesh.face_arities.get(face).map_or(3, |&n| n as usize);
             polygon.fill(mesh, &global, first..first + corners);
+            if painted {
+                polygon.paint(mesh, first..first + corners);
+            }
             first += corners;
             self.add_polygon(&mut polygon, slot);
         }
@@ -76,6 +83,13 @@ impl Soup {
         index
     }
 
+    /// Colours for all triangles where any has some.
+    pub(super) fn complete_colours(&mut self) {
+        if !self.colours.is_empty() {
+            self.colours.resize(self.triangles.len(), [Vec3::ONE; 3]);
+        }
+    }
+
     fn add_polygon(&mut self, polygon: &mut Polygon, slot: u32) {
         let count = polygon.vertices.len() - 2;
         if slot == SKIP {
@@ -89,6 +103,10 @@ impl Soup {
         for &corners in &polygon.cut {
             if polygon::has_area(corners.map(|c| polygon.points[c as usize])) {
                 let pick = corners.map(|c| c as usize);
+                if !polygon.colours.is_empty() {
+                    self.colours.resize(self.triangles.len(), [Vec3::ONE; 3]);
+                    self.colours.push(pick.map(|c| polygon.colours[c]));
+                }
                 self.triangles.push(pick.map(|c| polygon.vertices[c]));
                 self.normals.push(pick.map(|c| polygon.normals[c]));
                 self.uvs.push(pick.map(|c| polygon.uvs[c]));
@@ -106,6 +124,8 @@ struct Polygon {
     vertices: Vec<u32>,
     normals: Vec<Vec3>,
     uvs: Vec<Vec2>,
+    /// Empty where vertex colours do not count.
+    colours: Vec<Vec3>,
     points: Vec<Vec3>,
     cut: Vec<[u32; 3]>,
 }
@@ -122,5 +142,11 @@ impl Polygon {
             let uv = mesh.texcoord_indices.get(corner).map(|&i| Vec2::from_slice(&mesh.texcoords[2 * i as usize..]));
             self.uvs.push(uv.unwrap_or(Vec2::ZERO));
         }
+    }
+
+    fn paint(&mut self, mesh: &tobj::Mesh, range: std::ops::Range<usize>) {
+        self.colours.clear();
+        let colours = mesh.indices[range].iter().map(|&i| Vec3::from_slice(&mesh.vertex_color[3 * i as usize..]));
+        self.colours.extend(colours);
     }
 }

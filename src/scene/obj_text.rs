@@ -8,6 +8,7 @@
 use super::commas;
 use super::report::Report;
 use super::text::{self, Lines, Warnings};
+use super::vertex_colours::VertexColours;
 use rustc_hash::FxHashMap;
 use std::io::Write;
 use std::path::Path;
@@ -34,6 +35,8 @@ pub(super) struct Named {
 pub(super) struct ObjText {
     /// `v`, `vt` and `vn` lines for `tobj`.
     pub vertices: Vec<u8>,
+    /// Whether the vertices have colours.
+    pub has_colours: bool,
     /// `usemtl` and `f` lines for `tobj`.
     pub faces: Vec<u8>,
     /// Materials named by `usemtl`, in order of first use.
@@ -76,6 +79,7 @@ impl ObjText {
 
     fn read_vertices(&mut self, bytes: &[u8], warnings: &mut Warnings) -> Survey {
         let mut survey = Survey::default();
+        let mut colours = VertexColours::default();
         let mut lines = Lines::new(bytes);
         while let Some(line) = lines.next() {
             let (number, line) = match line {
@@ -87,7 +91,11 @@ impl ObjText {
             };
             let (keyword, rest) = text::keyword(line);
             match keyword {
-                b"v" => self.position(&commas::without(rest, number, warnings), number, &mut survey, warnings),
+                b"v" => {
+                    let rest = &commas::without(rest, number, warnings);
+                    colours.add(survey.totals[V], rest, number);
+                    self.position(rest, number, &mut survey, warnings);
+                }
                 b"vt" => {
                     survey.totals[VT] += 1;
                     self.texture_coordinate(&commas::without(rest, number, warnings), number, warnings);
@@ -100,6 +108,10 @@ impl ObjText {
                 b"f" | b"fo" | b"usemtl" | b"g" | b"o" | b"s" => {}
                 other => not_read(other, rest, number, warnings),
             }
+        }
+        self.has_colours = !colours.is_empty();
+        if self.has_colours {
+            colours.append_to(&mut self.vertices, warnings);
         }
         self.stand_ins(survey.totals);
         survey
@@ -119,7 +131,7 @@ impl ObjText {
         let index = survey.totals[V];
         survey.totals[V] += 1;
         if numbers::<3>(rest).is_some_and(|p| p.iter().all(|x| x.abs() <= MAX_COORDINATE)) {
-            // A fourth number (w) belongs to rational curves; colours after it are not used.
+            // A fourth number (w) belongs to rational curves; colours are appended later.
             return self.copy_words(b"v", rest, 3);
         }
         survey.unusable.push(index);

@@ -6,7 +6,8 @@ use super::mtl::{self, MtlMaterial};
 use super::obj::SKIP;
 use super::obj_text::Named;
 use super::report::Report;
-use super::{input, text, transparency};
+use super::{input, materials, text, transparency};
+use glam::Vec3;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
@@ -28,8 +29,10 @@ pub(super) struct Stock {
     files: HashMap<PathBuf, std::ops::Range<usize>>,
     /// The scene's materials, in order of first use.
     slots: Vec<Slot>,
-    slot_of_mtl: HashMap<usize, u32>,
-    slot_of_grey: HashMap<String, u32>,
+    /// Whether vertex colours are the reflectance of each slot.
+    pub painted: Vec<bool>,
+    slot_of_mtl: HashMap<(usize, bool), u32>,
+    slot_of_grey: HashMap<(String, bool), u32>,
 }
 
 /// The materials that the libraries of one OBJ offer.
@@ -115,29 +118,36 @@ impl Stock {
         }
     }
 
-    /// The slot of a material that faces use; [`SKIP`], with a warning, when it lets light pass.
-    pub(super) fn slot(&mut self, index: usize, report: &mut Report) -> u32 {
-        if let Some(&slot) = self.slot_of_mtl.get(&index) {
+    /// The slot of a material that faces use, `coloured` ones of vertices with colours; [`SKIP`], with a warning, when it lets
+    /// light pass.
+    pub(super) fn slot(&mut self, index: usize, coloured: bool, report: &mut Report) -> u32 {
+        let painted = coloured && materials::has_no_colour(&self.read[index]);
+        if let Some(&slot) = self.slot_of_mtl.get(&(index, painted)) {
             return slot;
         }
         let slot = if transparency::is_see_through(&self.read[index], report) {
             SKIP
         } else {
-            self.slots.push(Slot::Mtl(index));
-            self.slots.len() as u32 - 1
+            self.push(Slot::Mtl(index), painted)
         };
-        self.slot_of_mtl.insert(index, slot);
+        self.slot_of_mtl.insert((index, painted), slot);
         slot
     }
 
-    /// The slot of a grey stand-in.
-    pub(super) fn grey(&mut self, name: &str) -> u32 {
+    /// The slot of a stand-in: grey, or of the colours of its vertices.
+    pub(super) fn grey(&mut self, name: &str, painted: bool) -> u32 {
         let next = self.slots.len() as u32;
-        let slot = *self.slot_of_grey.entry(name.to_owned()).or_insert(next);
+        let slot = *self.slot_of_grey.entry((name.to_owned(), painted)).or_insert(next);
         if slot == next {
-            self.slots.push(Slot::Grey(name.to_owned()));
+            self.push(Slot::Grey(name.to_owned()), painted);
         }
         slot
+    }
+
+    fn push(&mut self, slot: Slot, painted: bool) -> u32 {
+        self.slots.push(slot);
+        self.painted.push(painted);
+        self.slots.len() as u32 - 1
     }
 
     /// The MTL materials in use, in the order of the scene's materials.
@@ -148,13 +158,15 @@ impl Stock {
         })
     }
 
-    /// The scene's materials; `build` makes those that come from an MTL file.
-    pub(super) fn materials(&self, mut build: impl FnMut(&MtlMaterial) -> Material) -> Vec<Material> {
-        let make = |slot: &Slot| match slot {
-            Slot::Mtl(index) => build(&self.read[*index]),
+    /// The scene's materials; `build` makes those that come from an MTL file, told whether vertex colours are
+    /// their reflectance.
+    pub(super) fn materials(&self, mut build: impl FnMut(&MtlMaterial, bool) -> Material) -> Vec<Material> {
+        let make = |(slot, &painted): (&Slot, &bool)| match slot {
+            Slot::Mtl(index) => build(&self.read[*index], painted),
+            Slot::Grey(name) if painted => Material { kd: Vec3::ONE, ..Material::grey(name) },
             Slot::Grey(name) => Material::grey(name),
         };
-        self.slots.iter().map(make).collect()
+        self.slots.iter().zip(&self.painted).map(make).collect()
     }
 }
 

@@ -1,7 +1,10 @@
-//! Textures: 8-bit texels, sampled on the CPU by the rule that the colour pass follows too.
+//! Textures: texels of four bytes, sampled on the CPU by the rule that the colour pass follows too.
 
 use super::mipmap;
-use glam::{Vec2, Vec3, Vec4};
+use super::texel::{SRGB, of_shared_exponent, of_srgb};
+use glam::{Vec2, Vec3};
+
+pub use super::texel::{Encoding, srgb_to_linear};
 
 /// Most levels that a mip chain has.
 pub const MAX_LEVELS: usize = mipmap::MAX_LEVELS;
@@ -10,8 +13,17 @@ pub const MAX_LEVELS: usize = mipmap::MAX_LEVELS;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct TextureId(pub u32);
 
-/// A decoded image with its mip chain, RGBA8, row 0 at the top. RGB is sRGB-encoded, A is linear (the cut-out mask of
-/// `map_d`).
+/// What a texture shows where it is looked up outside of [0, 1].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum Wrap {
+    /// The image again.
+    #[default]
+    Repeat,
+    /// The texels of its edge.
+    Clamp,
+}
+
+/// A decoded image with its mip chain, four bytes a texel, row 0 at the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
     /// Path as written in messages.
@@ -20,29 +32,47 @@ pub struct Texture {
     extents: Vec<[u32; 2]>,
     /// Level after level, top row first.
     texels: Vec<[u8; 4]>,
+    encoding: Encoding,
+    /// Largest value of a channel.
+    peak: f32,
 }
-
-/// sRGB electro-optical transfer function (IEC 61966-2-1), encoded [0, 1] to linear [0, 1].
-#[must_use]
-pub fn srgb_to_linear(c: f32) -> f32 {
-    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-}
-
-/// Linear values of the 256 sRGB codes.
-pub(super) static SRGB: std::sync::LazyLock<[f32; 256]> =
-    std::sync::LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
 
 impl Texture {
-    /// A texture from the texels of its largest level, top row first; the others are box-filtered in linear light.
+    /// An sRGB texture from the texels of its largest level, top row first; the others are box-filtered in linear light.
     ///
     /// # Panics
     /// If there is not one texel, at least, and as many as the extent says.
     #[must_use]
-    pub fn new(name: String, [width, height]: [u32; 2], mut texels: Vec<[u8; 4]>) -> Self {
+    pub fn new(name: String, extent: [u32; 2], texels: Vec<[u8; 4]>) -> Self {
+        Self::encoded(name, extent, texels, Encoding::Srgb)
+    }
+
+    /// The same for texels of any encoding.
+    ///
+    /// # Panics
+    /// As [`Self::new`].
+    #[must_use]
+    pub fn encoded(name: String, [width, height]: [u32; 2], mut texels: Vec<[u8; 4]>, encoding: Encoding) -> Self {
         assert!(!texels.is_empty() && texels.len() as u64 == u64::from(width) * u64::from(height));
+        let peak = match encoding {
+            Encoding::Srgb => 1.0,
+            Encoding::SharedExponent => texels.iter().map(|&t| of_shared_exponent(t).max_element()).fold(0.0, f32::max),
+        };
         let extents = mipmap::extents(width, height);
-        mipmap::extend(&mut texels, &extents);
-        Self { name, extents, texels }
+        mipmap::extend(&mut texels, &extents, encoding);
+        Self { name, extents, texels, encoding, peak }
+    }
+
+    /// What the texels mean.
+    #[must_use]
+    pub const fn encoding(&self) -> Encoding {
+        self.encoding
+    }
+
+    /// Upper bound of what any look-up returns in a channel.
+    #[must_use]
+    pub const fn peak(&self) -> f32 {
+        self.peak
     }
 
     /// Path as written in messages.
@@ -63,59 +93,64 @@ impl Texture {
         &self.texels
     }
 
-    /// Trilinear, repeating look-up of linear RGB, by the formulas of `glsl/include/texture.glsl`; `uv` in OBJ convention (v up).
+    /// Trilinear look-up of linear RGB, by the formulas of `glsl/include/texture.glsl`; `uv` in OBJ convention (v up).
     /// The gradients are those of `uv` across the footprint, in x and in y; one below a texel, or none, is level 0.
     #[must_use]
-    pub fn sample_filtered(&self, uv: Vec2, d_dx: Vec2, d_dy: Vec2) -> Vec3 {
+    pub fn sample_filtered(&self, uv: Vec2, d_dx: Vec2, d_dy: Vec2, wrap: Wrap) -> Vec3 {
         let [width, height] = self.extents[0];
         let size = Vec2::new(width as f32, height as f32);
         let extent = (d_dx * size).length().max((d_dy * size).length());
         // Not a number counts as magnified.
         let lod = if extent > 1.0 { extent.log2().min((self.extents.len() - 1) as f32) } else { 0.0 };
         let level = lod as usize;
-        let fine = self.sample_level(level, uv);
+        let fine = self.sample_level(level, uv, wrap);
         let share = lod - level as f32;
-        if share > 0.0 { fine.lerp(self.sample_level(level + 1, uv), share) } else { fine }
+        if share > 0.0 { fine.lerp(self.sample_level(level + 1, uv, wrap), share) } else { fine }
     }
 
-    fn sample_level(&self, level: usize, uv: Vec2) -> Vec3 {
-        let texels = |&[w, h]: &[u32; 2]| w as usize * h as usize;
-        let first: usize = self.extents[..level].iter().map(texels).sum();
-        let srgb: &[f32; 256] = &SRGB;
-        let colour = |[r, g, b, _]: [u8; 4]| Vec4::new(srgb[r as usize], srgb[g as usize], srgb[b as usize], 0.0);
-        bilinear(&self.texels[first..], self.extents[level], uv, colour).truncate()
+    fn sample_level(&self, level: usize, uv: Vec2, wrap: Wrap) -> Vec3 {
+        let first = mipmap::chain_length(&self.extents[..level]);
+        let (texels, extent) = (&self.texels[first..], self.extents[level]);
+        match self.encoding {
+            Encoding::Srgb => {
+                let table: &[f32; 256] = &SRGB;
+                bilinear(texels, extent, uv, wrap, |texel| of_srgb(texel, table))
+            }
+            Encoding::SharedExponent => bilinear(texels, extent, uv, wrap, of_shared_exponent),
+        }
     }
 
     /// Mean linear RGB over all texels of level 0.
     #[must_use]
     pub fn mean(&self) -> Vec3 {
-        let sum = |texels: &[[u8; 4]]| {
-            texels
-                .iter()
-                .map(|t| Vec3::new(SRGB[t[0] as usize], SRGB[t[1] as usize], SRGB[t[2] as usize]))
-                .sum::<Vec3>()
-        };
         // Row by row, so that f32 does not lose what it adds to a large sum.
         let [width, height] = self.extents[0];
         let rows = self.texels.chunks(width as usize).take(height as usize);
+        let table: &[f32; 256] = &SRGB;
+        let sum = |texels: &[[u8; 4]]| -> Vec3 {
+            match self.encoding {
+                Encoding::Srgb => texels.iter().map(|&t| of_srgb(t, table)).sum(),
+                Encoding::SharedExponent => texels.iter().map(|&t| of_shared_exponent(t)).sum(),
+            }
+        };
         rows.map(|row| sum(row) / width as f32).sum::<Vec3>() / height as f32
     }
 
     /// Linear RGB at `uv`, bilinear at level 0.
     #[must_use]
-    pub fn rgb(&self, uv: Vec2) -> Vec3 {
-        self.sample_level(0, uv)
+    pub fn rgb(&self, uv: Vec2, wrap: Wrap) -> Vec3 {
+        self.sample_level(0, uv, wrap)
     }
 
     /// Mask value at `uv`, bilinear at level 0.
     #[must_use]
-    pub fn alpha(&self, uv: Vec2) -> f32 {
-        bilinear(&self.texels, self.extents[0], uv, |texel| Vec4::splat(mask(texel))).x
+    pub fn alpha(&self, uv: Vec2, wrap: Wrap) -> f32 {
+        bilinear(&self.texels, self.extents[0], uv, wrap, |texel| Vec3::splat(mask(texel))).x
     }
 }
 
 /// The texel that repeats at `i`, which is at most one outside: without a division, of which a look-up would make eight.
-fn wrap(i: i64, count: u32) -> usize {
+fn within(i: i64, count: u32) -> usize {
     let count = i64::from(count);
     (if i < 0 {
         i + count
@@ -142,20 +177,29 @@ fn floor(c: f32) -> f32 {
     if truncated > c { truncated - 1.0 } else { truncated }
 }
 
-/// Bilinear, repeating look-up in one level, of what `texel` makes of a texel.
+/// Bilinear look-up in one level, of what `texel` makes of a texel.
 #[inline]
-fn bilinear(texels: &[[u8; 4]], [width, height]: [u32; 2], uv: Vec2, texel: impl Fn([u8; 4]) -> Vec4) -> Vec4 {
+fn bilinear(
+    texels: &[[u8; 4]],
+    [width, height]: [u32; 2],
+    uv: Vec2,
+    wrap: Wrap,
+    texel: impl Fn([u8; 4]) -> Vec3,
+) -> Vec3 {
+    let size = Vec2::new(width as f32, height as f32);
+    // Between the middles of the outer texels nothing repeats.
+    let uv = if wrap == Wrap::Clamp { uv.max(0.5 / size).min(1.0 - 0.5 / size) } else { uv };
     // Non-finite coordinates are rejected by the loader; wrapping first keeps the integers small. The same as `rem_euclid(1.0)`, bit
     // for bit, without its division.
     let wrapped = |c: f32| c - floor(c);
-    let x = wrapped(uv.x) * width as f32 - 0.5;
-    let y = wrapped(1.0 - uv.y) * height as f32 - 0.5;
+    let x = wrapped(uv.x) * size.x - 0.5;
+    let y = wrapped(1.0 - uv.y) * size.y - 0.5;
     let (x0, y0) = (floor(x), floor(y));
     let (fx, fy) = (x - x0, y - y0);
     let (x0, y0) = (x0 as i64, y0 as i64);
-    let columns = [wrap(x0, width), wrap(x0 + 1, width)];
+    let columns = [within(x0, width), within(x0 + 1, width)];
     let row = |y: i64| {
-        let row = &texels[wrap(y, height) * width as usize..];
+        let row = &texels[within(y, height) * width as usize..];
         texel(row[columns[0]]).lerp(texel(row[columns[1]]), fx)
     };
     let (top, bottom) = (row(y0), row(y0 + 1));
@@ -177,8 +221,8 @@ mod tests {
         let texture = dots();
         for uv in [Vec2::new(0.1, 0.3), Vec2::new(-2.7, 5.55)] {
             for gradient in [0.0, 0.05, 0.125, f32::NAN] {
-                let filtered = texture.sample_filtered(uv, Vec2::X * gradient, Vec2::Y * gradient);
-                assert_eq!(filtered, texture.rgb(uv), "{uv} {gradient}");
+                let filtered = texture.sample_filtered(uv, Vec2::X * gradient, Vec2::Y * gradient, Wrap::Repeat);
+                assert_eq!(filtered, texture.rgb(uv, Wrap::Repeat), "{uv} {gradient}");
             }
         }
     }
@@ -188,12 +232,29 @@ mod tests {
         let texture = dots();
         let uv = Vec2::new(1.0 / 16.0, 15.0 / 16.0);
         // The white texel at level 0, a quarter of white from level 1 on.
-        let quarter = texture.sample_filtered(uv, Vec2::X * 2.0 / 8.0, Vec2::ZERO).x;
+        let quarter = texture.sample_filtered(uv, Vec2::X * 2.0 / 8.0, Vec2::ZERO, Wrap::Repeat).x;
         assert!((quarter - 0.25).abs() < 3e-3, "{quarter}");
-        let half_way = texture.sample_filtered(uv, Vec2::Y * 2f32.sqrt() / 8.0, Vec2::X / 100.0).x;
+        let half_way = texture.sample_filtered(uv, Vec2::Y * 2f32.sqrt() / 8.0, Vec2::X / 100.0, Wrap::Repeat).x;
         assert!((half_way - (1.0 + quarter) / 2.0).abs() < 1e-5, "{half_way}");
         for beyond in [1e3, f32::INFINITY] {
-            assert!((texture.sample_filtered(uv, Vec2::splat(beyond), Vec2::ZERO).x - 0.25).abs() < 3e-3);
+            assert!((texture.sample_filtered(uv, Vec2::splat(beyond), Vec2::ZERO, Wrap::Repeat).x - 0.25).abs() < 3e-3);
+        }
+    }
+
+    #[test]
+    fn a_clamped_texture_goes_on_as_its_edge() {
+        let texel = |i: usize| [[255, 0, 0, 0], [0, 0, 0, 255], [0, 0, 0, 255], [0, 0, 255, 0]][i % 4];
+        let texture = Texture::new("row".to_owned(), [4, 1], (0..4).map(texel).collect());
+        for v in [-3.0, 0.5, 7.0] {
+            for u in [-0.2, -9.0, 0.0, 0.125] {
+                assert_eq!(texture.rgb(Vec2::new(u, v), Wrap::Clamp), Vec3::X, "{u}");
+                assert_eq!(texture.alpha(Vec2::new(u, v), Wrap::Clamp), 0.0, "{u}");
+            }
+            for u in [1.0, 0.875, 42.0] {
+                assert!((texture.rgb(Vec2::new(u, v), Wrap::Clamp) - Vec3::Z).length() < 1e-6, "{u}");
+            }
+            let repeated = [0.1, 1.1].map(|u| texture.rgb(Vec2::new(u, v), Wrap::Repeat));
+            assert!((repeated[0] - repeated[1]).length() < 1e-5);
         }
     }
 }

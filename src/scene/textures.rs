@@ -1,25 +1,25 @@
 //! Decoding texture files and filtering their mip chains, each once, in parallel.
 
 use super::find_file::{Finder, Found};
+use super::map_options::MapOptions;
+use super::material::TextureMap;
+use super::memory;
+use super::mipmap;
 use super::report::Report;
-use super::texture::{Texture, TextureId};
+use super::texel_source::{self, Recipe, Role};
+use super::texture::{Texture, TextureId, Wrap};
+use glam::Vec2;
+use image::{DynamicImage, ImageDecoder, ImageReader};
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Largest width and height, texels.
 const MAX_SIDE: u32 = 16384;
-/// Most memory that one image may take while it is decoded, bytes.
-const MAX_BYTES: u64 = 512 << 20;
-
-/// What an image is for: one file may be both a colour and a mask.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) enum Role {
-    /// RGB counts, alpha is ignored.
-    Colour,
-    /// One channel counts: alpha where it says something, else luminance.
-    Mask,
-}
+/// Images that need more memory than this are decoded one after the other, where there is as much, bytes.
+const LARGE: u64 = 256 << 20;
+/// Most memory for an image where the system does not say how much there is, bytes.
+const UNKNOWN_MEMORY: u64 = 4 << 30;
 
 /// A texture that a material asks for.
 #[derive(Clone, Debug)]
@@ -32,6 +32,8 @@ pub(super) struct Request {
     pub line: u32,
     /// What it is for.
     pub role: Role,
+    /// Options of the statement.
+    pub options: MapOptions,
 }
 
 impl Request {
@@ -51,113 +53,186 @@ impl Request {
             None => (None, None),
         }
     }
+
+    fn map(&self, texture: TextureId) -> TextureMap {
+        let MapOptions { scale, offset, clamp, .. } = self.options;
+        let wrap = if clamp { Wrap::Clamp } else { Wrap::Repeat };
+        TextureMap { texture, scale: Vec2::from(scale), offset: Vec2::from(offset), wrap }
+    }
 }
 
 fn directory_of(file: &Path) -> &Path {
     file.parent().unwrap_or(Path::new(""))
 }
 
+/// A file, and all that is asked of it.
+struct Job<'a> {
+    path: Option<PathBuf>,
+    first: &'a Request,
+    recipes: Vec<Recipe>,
+}
+
+/// Textures of a file, and the one of each recipe.
+type Decoded = (Vec<Texture>, Vec<Option<usize>>);
+
 /// Decodes all `requests`; the answer has the texture of each, or `None` where it is missing or broken (one warning each
-/// file).
-pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Texture>, Vec<Option<TextureId>>) {
-    let mut jobs: Vec<(Option<PathBuf>, &Request)> = Vec::new();
-    let mut known: HashMap<(PathBuf, Role), usize> = HashMap::new();
-    let mut finder = Finder::default();
-    let mut noted = HashSet::new();
-    let job_of: Vec<usize> = requests
-        .iter()
-        .map(|request| {
-            let (path, note) = request.find(&mut finder);
-            if let Some(message) = note.filter(|message| noted.insert(message.clone())) {
-                report.warn(&request.file, Some(request.line), message);
-            }
-            let key = path.clone().unwrap_or_else(|| directory_of(&request.file).join(request.name()));
-            *known.entry((key, request.role)).or_insert_with(|| {
-                jobs.push((path, request));
-                jobs.len() - 1
-            })
-        })
-        .collect();
-    let decoded: Vec<_> = jobs
-        .par_iter()
-        .map(|(path, request)| match path {
-            Some(path) => decode(path, request.role),
-            None => Err(format!("there is no file {:?}", request.name())),
-        })
-        .collect();
+/// file), or where the file has nothing to say in that role.
+pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Texture>, Vec<Option<TextureMap>>) {
+    let (jobs, places) = jobs(requests, report);
     let mut textures = Vec::new();
-    let mut ids = Vec::new();
-    for (result, (_, request)) in decoded.into_iter().zip(&jobs) {
+    let mut ids: Vec<Vec<Option<TextureId>>> = Vec::new();
+    for (result, job) in decode_jobs(&jobs).into_iter().zip(&jobs) {
         ids.push(match result {
-            Ok(texture) => {
-                textures.push(texture);
-                Some(TextureId(textures.len() as u32 - 1))
+            Ok((decoded, of_recipe)) => {
+                let first = textures.len();
+                textures.extend(decoded);
+                of_recipe.into_iter().map(|index| index.map(|i| TextureId((first + i) as u32))).collect()
             }
             Err(why) => {
                 let message = format!("texture: {why}: the constant is used");
-                report.warn(&request.file, Some(request.line), message);
-                None
+                report.warn(&job.first.file, Some(job.first.line), message);
+                vec![None; job.recipes.len()]
             }
         });
     }
-    let answers = job_of.into_iter().map(|job| ids[job]).collect();
+    let answer = |(request, (job, recipe)): (&Request, (usize, usize))| Some(request.map(ids[job][recipe]?));
+    let answers = requests.iter().zip(places).map(answer).collect();
     (textures, answers)
 }
 
-fn decode(path: &Path, role: Role) -> Result<Texture, String> {
-    let say = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-    // Decoders may hold the whole file.
-    if std::fs::metadata(path).map_err(|e| say(&e))?.len() > MAX_BYTES {
-        return Err(say(&"the file is larger than 512 MiB"));
-    }
-    let reader = image::ImageReader::open(path).map_err(|e| say(&e))?;
-    let mut reader = reader.with_guessed_format().map_err(|e| say(&e))?;
-    let mut limits = image::Limits::default();
-    limits.max_image_width = Some(MAX_SIDE);
-    limits.max_image_height = Some(MAX_SIDE);
-    limits.max_alloc = Some(MAX_BYTES);
-    reader.limits(limits);
-    let image = reader.decode().map_err(|e| say(&e))?;
-    if image.width() == 0 || image.height() == 0 {
-        return Err(say(&"the image has no pixels"));
-    }
-    let texels = match role {
-        Role::Colour => colour_texels(&image),
-        Role::Mask => mask_texels(&image),
-    };
-    Ok(Texture::new(path.display().to_string(), [image.width(), image.height()], texels))
-}
-
-fn colour_texels(image: &image::DynamicImage) -> Vec<[u8; 4]> {
-    match image {
-        // Radiance files hold linear values; texels are sRGB-encoded.
-        image::DynamicImage::ImageRgb32F(linear) => linear
-            .pixels()
-            .map(|p| {
-                let [r, g, b] = p.0.map(encode_srgb);
-                [r, g, b, 255]
-            })
-            .collect(),
-        image::DynamicImage::ImageRgb8(rgb) => rgb.pixels().map(|p| [p.0[0], p.0[1], p.0[2], 255]).collect(),
-        other => other.to_rgb8().pixels().map(|p| [p.0[0], p.0[1], p.0[2], 255]).collect(),
-    }
-}
-
-/// sRGB code of a linear value (IEC 61966-2-1).
-fn encode_srgb(linear: f32) -> u8 {
-    let c = linear.clamp(0.0, 1.0);
-    let encoded = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
-    (encoded * 255.0).round() as u8
-}
-
-/// Alpha holds the mask: the image's own where it is not one constant, else its luminance. Codes count as linear.
-fn mask_texels(image: &image::DynamicImage) -> Vec<[u8; 4]> {
-    if image.color().has_alpha() {
-        let rgba = image.to_rgba8();
-        let first = rgba.get_pixel(0, 0).0[3];
-        if rgba.pixels().any(|p| p.0[3] != first) {
-            return rgba.pixels().map(|p| [255, 255, 255, p.0[3]]).collect();
+/// What is to be decoded, and for each request its job and the recipe there.
+fn jobs<'a>(requests: &'a [Request], report: &mut Report) -> (Vec<Job<'a>>, Vec<(usize, usize)>) {
+    let mut jobs: Vec<Job<'a>> = Vec::new();
+    let mut known: HashMap<PathBuf, usize> = HashMap::new();
+    let mut finder = Finder::default();
+    let mut noted = HashSet::new();
+    let place = |request: &'a Request| {
+        let (path, note) = request.find(&mut finder);
+        if let Some(message) = note.filter(|message| noted.insert(message.clone())) {
+            report.warn(&request.file, Some(request.line), message);
         }
+        let key = path.clone().unwrap_or_else(|| directory_of(&request.file).join(request.name()));
+        let index = *known.entry(key).or_insert_with(|| {
+            jobs.push(Job { path, first: request, recipes: Vec::new() });
+            jobs.len() - 1
+        });
+        let (recipes, recipe) = (&mut jobs[index].recipes, Recipe::new(request.role, &request.options));
+        let position = recipes.iter().position(|&known| known == recipe).unwrap_or_else(|| {
+            recipes.push(recipe);
+            recipes.len() - 1
+        });
+        (index, position)
+    };
+    let places = requests.iter().map(place).collect();
+    (jobs, places)
+}
+
+/// Small images side by side, then large ones one after the other.
+fn decode_jobs(jobs: &[Job<'_>]) -> Vec<Result<Decoded, String>> {
+    let small: Vec<_> = jobs.par_iter().map(|job| job.decode(&|need| Ok(need <= LARGE)).transpose()).collect();
+    // The device gets a copy of all of them later, in the same memory or in its own.
+    let mut copies = 0;
+    let results = small.into_iter().zip(jobs).map(|(result, job)| {
+        let decoded = result.unwrap_or_else(|| {
+            let fits = |need| enough_memory(need + copies).map(|()| true);
+            job.decode(&fits).and_then(|decoded| decoded.ok_or_else(|| "is too large".to_owned()))
+        })?;
+        copies += decoded.0.iter().map(|texture| size_of_val(texture.texels()) as u64).sum::<u64>();
+        Ok(decoded)
+    });
+    results.collect()
+}
+
+/// Says why not, with figures, where there is less.
+fn enough_memory(need: u64) -> Result<(), String> {
+    fits(need, memory::available().unwrap_or(UNKNOWN_MEMORY))
+}
+
+fn fits(need: u64, there: u64) -> Result<(), String> {
+    let [needed, left] = [need, there].map(memory::figure);
+    if need <= there { Ok(()) } else { Err(format!("it needs {needed} of memory and {left} are free")) }
+}
+
+impl Job<'_> {
+    /// The textures; `None` where `may_take` declines the memory, bytes, that they need.
+    fn decode(&self, may_take: &dyn Fn(u64) -> Result<bool, String>) -> Result<Option<Decoded>, String> {
+        let Some(path) = &self.path else { return Err(format!("there is no file {:?}", self.first.name())) };
+        let say = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
+        let file_size = std::fs::metadata(path).map_err(|e| say(&e))?.len();
+        // Opening may read the whole file.
+        enough_memory(file_size).map_err(|e| say(&e))?;
+        let reader = ImageReader::open(path).map_err(|e| say(&e))?;
+        let mut reader = reader.with_guessed_format().map_err(|e| say(&e))?;
+        // What it takes is asked below.
+        reader.no_limits();
+        let decoder = reader.into_decoder().map_err(|e| say(&e))?;
+        let (width, height) = decoder.dimensions();
+        if width == 0 || height == 0 {
+            return Err(say(&"the image has no pixels"));
+        }
+        if width.max(height) > MAX_SIDE {
+            return Err(say(&format!("{width} × {height} texels, and {MAX_SIDE} a side are the most")));
+        }
+        let chain = 4 * mipmap::chain_length(&mipmap::extents(width, height)) as u64;
+        let need = file_size + decoder.total_bytes() + 2 * chain * self.recipes.len() as u64;
+        if !may_take(need).map_err(|why| say(&format!("{width} × {height} texels: {why}")))? {
+            return Ok(None);
+        }
+        let image = DynamicImage::from_decoder(decoder).map_err(|e| say(&e))?;
+        Ok(Some(texel_source::textures(&path.display().to_string(), image, &self.recipes)))
     }
-    image.to_luma8().pixels().map(|p| [255, 255, 255, p.0[0]]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::map_options::Channel;
+
+    fn request(name: &str, role: Role, options: MapOptions) -> Request {
+        Request { names: vec![name.into()], file: "a.mtl".into(), line: 1, role, options }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_told_with_figures() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let path = directory.path().join("a.png");
+        image::RgbImage::new(1024, 512).save(&path).expect("written");
+        let request = request("a.png", Role::Colour, MapOptions::default());
+        let job = Job { path: Some(path), first: &request, recipes: vec![Recipe::new(Role::Colour, &request.options)] };
+        // 1.5 MiB of RGB, and twice 2 MiB with a third on top for the smaller levels.
+        let refused = job.decode(&|need| fits(need, 6 << 20).map(|()| true));
+        let Err(why) = refused else { panic!("accepted") };
+        assert!(why.contains("1024 × 512 texels: it needs 7 MiB of memory and 6 MiB are free"), "{why}");
+        let taken = job.decode(&|need| fits(need, 7 << 20).map(|()| true)).expect("decoded").expect("taken");
+        assert_eq!(taken.0[0].extents()[0], [1024, 512]);
+        assert!(job.decode(&|_| Ok(false)).expect("no fault").is_none());
+    }
+
+    #[test]
+    fn options_become_the_map_of_one_texture() {
+        let directory = tempfile::tempdir().expect("a folder");
+        image::RgbImage::from_pixel(2, 2, image::Rgb([9, 90, 200]))
+            .save(directory.path().join("a.png"))
+            .expect("written");
+        let placed = MapOptions { scale: [4.0, 2.0], offset: [0.5, 0.25], clamp: true, ..MapOptions::default() };
+        let red = MapOptions { channel: Some(Channel::R), ..MapOptions::default() };
+        let requests: Vec<Request> = [
+            (Role::Colour, MapOptions::default()),
+            (Role::Colour, placed),
+            (Role::Mask, red),
+            (Role::CutOut, MapOptions::default()),
+        ]
+        .into_iter()
+        .map(|(role, options)| Request { file: directory.path().join("a.mtl"), ..request("a.png", role, options) })
+        .collect();
+        let mut report = Report::default();
+        let (textures, maps) = decode_all(&requests, &mut report);
+        assert_eq!((textures.len(), maps[3], report.faults.len()), (2, None, 0));
+        let plain = TextureMap::from(TextureId(0));
+        assert_eq!(maps[0], Some(plain));
+        let expected =
+            TextureMap { scale: Vec2::new(4.0, 2.0), offset: Vec2::new(0.5, 0.25), wrap: Wrap::Clamp, ..plain };
+        assert_eq!(maps[1], Some(expected));
+        assert_eq!(textures[1].texels()[0][3], 9, "the red channel");
+    }
 }

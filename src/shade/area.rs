@@ -33,7 +33,7 @@ pub struct AreaSource {
     pub(super) textured: bool,
     /// Where a texture makes it uneven.
     pub(super) parts: Parts,
-    /// Luminance of the mean radiance against that of the untextured emission, an upper bound since texels are ≤ 1.
+    /// Luminance of the mean radiance against the most that any point emits.
     mean_to_peak: f32,
     /// What it sends at most.
     pub(super) reach: Reach,
@@ -69,7 +69,7 @@ impl AreaSource {
         let hi = corners().fold(Vec3::NEG_INFINITY, Vec3::max);
         let (centre, radius) = ((lo + hi) * 0.5, (hi - lo).length() * 0.5);
         let facets = Facets::new(facets);
-        let peak = first.map_or(0.0, |m| luminance(m.ke));
+        let peak = first.map_or(0.0, |m| luminance(scene.peak_emission(m)));
         Self {
             distant: Distant::new(&outlines, centre, radius),
             panel: if textured { None } else { Panel::new(&outlines).map(Box::new) },
@@ -146,7 +146,6 @@ impl AreaSource {
             direction: (offset / distance).as_vec3(),
             distance: distance as f32,
             facing: self.radiance_at(scene, facet, at, offset) * measure as f32,
-            mean_facing: self.radiance * measure as f32,
             measure: measure as f32,
         }
     }
@@ -187,6 +186,14 @@ impl AreaSource {
             form.push(base, Cow::Borrowed(&self.outlines.corners[polygon.corners.clone()]), height.signum());
         }
         Some(form)
+    }
+
+    /// Unoccluded irradiance at `x` on a surface of unit `normal`: what its closed form there says, in the colours that show there
+    /// where a texture makes the source uneven.
+    #[must_use]
+    pub fn irradiance(&self, form: &ClosedForm<'_>, x: Vec3, normal: Vec3) -> Vec3 {
+        let seen = if self.textured { self.parts.seen(x, normal, self.both_sides) } else { None };
+        seen.unwrap_or(self.radiance) * form.form_factor(normal)
     }
 
     /// What the luminance of the unoccluded irradiance at `x` on a surface of unit `normal` is, up to a factor of two or so beside

@@ -2,6 +2,7 @@
 
 use super::facets::Facet;
 use crate::math::phong_polygon::Lobe;
+use crate::scene::footprint::Footprint;
 use crate::scene::{FaceId, Scene, TriangleId};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
@@ -12,6 +13,8 @@ pub struct Parts {
     list: Vec<Part>,
     /// Largest distance of a corner of a part from its middle.
     radius: f32,
+    /// Whether parts differ in more than rounding.
+    uneven: bool,
 }
 
 /// A part of one facet.
@@ -26,6 +29,8 @@ struct Part {
 
 /// Number of parts aimed at.
 const PARTS: f64 = 256.0;
+/// Relative difference of radiances that is rounding.
+const UNEVEN: f32 = 2e-3;
 /// Square of a part's half angle, in widths of the lobe, up to which the lobe is even over it.
 const EVEN: f32 = 0.2;
 
@@ -48,7 +53,32 @@ impl Parts {
             }
             parts.radius = parts.radius.max(facet.squared_radius.sqrt() as f32 / n as f32);
         }
+        let mean = parts.mean();
+        parts.uneven = parts.list.iter().any(|p| (p.radiance - mean).abs().cmpgt(mean * UNEVEN).any());
         parts
+    }
+
+    /// Mean radiance weighed by what each part sends to a surface of unit `normal` at `x`; `None` where all parts are alike, or none
+    /// faces it.
+    #[must_use]
+    pub fn seen(&self, x: Vec3, normal: Vec3, both_sides: bool) -> Option<Vec3> {
+        if !self.uneven {
+            return None;
+        }
+        let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
+        for part in &self.list {
+            let offset = part.middle - x;
+            let facing = -part.area.dot(offset);
+            let facing = if both_sides { facing.abs() } else { facing };
+            let height = normal.dot(offset);
+            if facing > 0.0 && height > 0.0 {
+                let squared = offset.length_squared();
+                let weight = facing * height / (squared * squared);
+                sum += part.radiance * weight;
+                weights += weight;
+            }
+        }
+        (weights > LEAST).then(|| sum / weights)
     }
 
     /// Mean radiance weighed by area.
@@ -97,21 +127,24 @@ fn cells(n: usize) -> impl Iterator<Item = [DVec2; 3]> {
     places(n).map(upright).chain(places(n - 1).map(inverted))
 }
 
-/// Mean of what [`Scene::emitted_at`] returns on the front of a part of a triangle: a regular grid of n² points.
+/// Mean of what [`Scene::emitted_over`] returns on the front of a part of a triangle: a regular grid of n² points, filtered over its
+/// cells, so that no bright texel is missed where they are larger than texels.
 fn mean_over(scene: &Scene, id: TriangleId, corners: [DVec2; 3], n: usize) -> Vec3 {
+    let [d_dx, d_dy] = [1, 2].map(|k| ((corners[k] - corners[0]) / n as f64).as_vec2());
+    let footprint = Footprint { d_dx, d_dy };
     let emitted = |cell: [DVec2; 3]| {
         let [s, t] = (cell.iter().sum::<DVec2>() / 3.0).to_array();
         let at = corners[0] + (corners[1] - corners[0]) * s + (corners[2] - corners[0]) * t;
-        scene.emitted_at(FaceId::new(id, false), at.x as f32, at.y as f32).as_dvec3()
+        scene.emitted_over(FaceId::new(id, false), at.x as f32, at.y as f32, &footprint).as_dvec3()
     };
     (cells(n).map(emitted).sum::<DVec3>() / (n * n) as f64).as_vec3()
 }
 
 /// Subdivisions of a triangle's edges for about two samples a texel, 1 without a texture.
 fn texels_across(scene: &Scene, id: TriangleId) -> usize {
-    let Some(map) = scene.material(id).map_ke else { return 1 };
-    let [width, height] = scene.textures[map.0 as usize].extents()[0];
-    let size = Vec2::new(width as f32, height as f32);
+    let Some(map) = &scene.material(id).map_ke else { return 1 };
+    let [width, height] = scene.texture(map).extents()[0];
+    let size = Vec2::new(width as f32, height as f32) * map.scale;
     let [a, b, c] = scene.uvs[id.0 as usize].map(|uv| uv * size);
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
     (2.0 * longest).clamp(8.0, 1024.0) as usize

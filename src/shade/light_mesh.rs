@@ -317,12 +317,7 @@ impl<'a> Turns<'a> {
             }
         };
         let times = self.members.group.factors[at] * count as f32;
-        Some(Arrival {
-            facing: arrival.facing * times,
-            mean_facing: arrival.mean_facing * times,
-            measure: arrival.measure * count as f32,
-            ..arrival
-        })
+        Some(Arrival { facing: arrival.facing * times, measure: arrival.measure * count as f32, ..arrival })
     }
 }
 

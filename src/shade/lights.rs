@@ -23,9 +23,6 @@ pub struct Arrival {
     pub distance: f32,
     /// Irradiance on a plane facing the light, W·m⁻²; for a sample of an area light, as if all of it were there.
     pub facing: Vec3,
-    /// The same with the mean radiance of the whole light in place of that of the sampled point: equal but for textured
-    /// emitters.
-    pub mean_facing: Vec3,
     /// Solid angle that the sample stands for, the inverse of its density; 0 where light has a single direction.
     pub measure: f32,
 }
@@ -33,7 +30,7 @@ pub struct Arrival {
 impl Arrival {
     /// Light of one colour all over its source.
     const fn uniform(direction: Vec3, distance: f32, facing: Vec3) -> Self {
-        Self { direction, distance, facing, mean_facing: facing, measure: 0.0 }
+        Self { direction, distance, facing, measure: 0.0 }
     }
 }
 
@@ -120,7 +117,7 @@ impl Lights {
             _ => None,
         });
         let sources: Vec<Source> = scene.lights.iter().map(|light| Source::new(scene, light)).collect();
-        let powers: Vec<Vec3> = scene.lights.iter().map(|light| power(scene, &light.kind)).collect();
+        let powers: Vec<Vec3> = sources.iter().map(|source| power(scene, source)).collect();
         let meshes = meshes(&sources, &powers, max_meshes);
         let mut of_source = vec![(0, 0); sources.len()];
         for (mesh, at) in (0..).zip(&meshes) {
@@ -304,17 +301,18 @@ impl Source {
 }
 
 /// What a light sends in all directions, W: roughly, for a directional light or a spot.
-fn power(scene: &Scene, kind: &LightKind) -> Vec3 {
+fn power(scene: &Scene, source: &Source) -> Vec3 {
+    let kind = match source {
+        Source::Area(area) => return area.mean_radiance() * (area.facets.area as f32 * PI),
+        Source::Delta(kind) => kind,
+    };
     match kind {
         LightKind::Point { intensity, .. } => *intensity * (2.0 * TAU),
         LightKind::Spot { intensity, cos_inner, cos_outer, .. } => {
             *intensity * (TAU * (1.0 - (cos_inner + cos_outer) * 0.5))
         }
         LightKind::Directional { irradiance, .. } => *irradiance * (PI / 4.0 * scene.diagonal().powi(2)),
-        LightKind::Area { triangles } => {
-            let emitted = |&t: &TriangleId| scene.material(t).ke * (scene.area_vector(t).length() * 0.5 * PI);
-            triangles.iter().map(emitted).sum()
-        }
+        LightKind::Area { .. } => Vec3::ZERO,
     }
 }
 

@@ -126,7 +126,7 @@ impl AreaSource {
         let seen = panel.seen(x, normal, self.both_sides)?;
         let (measure, offset, distance) = seen.measure(seen.point(u))?;
         let facing = self.mean_radiance() * measure;
-        Some(Arrival { direction: offset / distance, distance, facing, mean_facing: facing, measure })
+        Some(Arrival { direction: offset / distance, distance, facing, measure })
     }
 
     /// Density with which [`Self::sample_for`] takes the direction of the point of the source that lies `offset` from x, sr⁻¹;

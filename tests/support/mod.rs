@@ -119,7 +119,7 @@ pub fn confetti(count: u32) -> Scene {
 pub fn terrain(n: u32) -> Scene {
     let mut scene = empty_scene();
     let texture = add_texture(&mut scene, 256, 256, |x, y| [(x ^ y) as u8, x as u8, y as u8, 255]);
-    let material = add_material(&mut scene, |m| m.map_kd = Some(texture));
+    let material = add_material(&mut scene, |m| m.map_kd = Some(texture.into()));
     let at = |x: u32, y: u32| {
         let height = noise(x * 7919 + y) * 1.5 / n as f32;
         Vec3::new(x as f32 / n as f32 * 2.0 - 1.0, y as f32 / n as f32 * 2.0 - 1.0, height)

@@ -1,0 +1,86 @@
+//! How materials look textures up, as the device reads it: an entry for each texture and way of placing it.
+
+use super::shared::{GpuTexture, MAX_LEVELS, NONE};
+use crate::error::{Error, Result};
+use crate::scene::Scene;
+use crate::scene::material::TextureMap;
+use crate::scene::texture::{Encoding, Texture, Wrap};
+
+/// Most texels of a scene: shaders take their indices as signed.
+const MAX_TEXELS: u64 = 1 << 31;
+
+/// The entries, and where texels lie.
+#[derive(Default)]
+pub(super) struct TextureMaps {
+    maps: Vec<TextureMap>,
+    /// As the device has them, in the order of `maps`.
+    pub headers: Vec<GpuTexture>,
+    /// Index of the first texel of each texture.
+    pub first: Vec<u64>,
+    /// Texels of all textures.
+    pub texels: u64,
+    /// Largest value of a channel of each entry.
+    peaks: Vec<f32>,
+}
+
+impl TextureMaps {
+    /// The maps of a scene's materials.
+    pub(super) fn new(scene: &Scene) -> Result<Self> {
+        let mut all = Self::default();
+        for texture in &scene.textures {
+            all.first.push(all.texels);
+            all.texels += texture.texels().len() as u64;
+        }
+        if all.texels > MAX_TEXELS {
+            return Err(Error::Exhausted(format!(
+                "the textures hold {} million texels together, and 2147 million are the most: make them smaller",
+                all.texels / 1_000_000
+            )));
+        }
+        let used = scene.materials.iter().flat_map(|m| [&m.map_kd, &m.map_ke, &m.map_d]).flatten();
+        for map in used {
+            if all.maps.contains(map) {
+                continue;
+            }
+            let texture = scene.texture(map);
+            all.headers.push(header(map, texture, all.first[map.texture.0 as usize]));
+            all.peaks.push(texture.peak());
+            all.maps.push(*map);
+        }
+        Ok(all)
+    }
+
+    /// Index of the entry of a map; [`NONE`] without one.
+    pub(super) fn index(&self, map: Option<&TextureMap>) -> u32 {
+        map.and_then(|map| self.maps.iter().position(|known| known == map)).map_or(NONE, |index| index as u32)
+    }
+
+    /// Largest value of a channel of an entry, 1 for [`NONE`].
+    pub(super) fn peak(&self, index: u32) -> f32 {
+        self.peaks.get(index as usize).copied().unwrap_or(1.0)
+    }
+}
+
+fn header(map: &TextureMap, texture: &Texture, start: u64) -> GpuTexture {
+    let extents = texture.extents();
+    let mut first = [0; MAX_LEVELS];
+    let mut next = start as u32;
+    for (first, [w, h]) in first.iter_mut().zip(extents) {
+        *first = next;
+        next += w * h;
+    }
+    let clamps = if map.wrap == Wrap::Clamp { CLAMPS } else { 0 };
+    let bright = if texture.encoding() == Encoding::SharedExponent { SHARED_EXPONENT } else { 0 };
+    GpuTexture {
+        extent: extents[0],
+        levels: extents.len() as u32,
+        flags: clamps | bright,
+        scale: map.scale.to_array(),
+        offset: map.offset.to_array(),
+        first,
+    }
+}
+
+/// Flags of `glsl/include/texture.glsl`.
+const CLAMPS: u32 = 1;
+const SHARED_EXPONENT: u32 = 2;
