@@ -164,7 +164,7 @@ tone_mapping = 3
     said(21, "lacks intensity");
     // The OBJ's own faults come along.
     said(1, "gone.mtl");
-    said(2, "material x is in no MTL file");
+    said(2, "material x: in no MTL file");
     said(7, "no vertex 9");
 }
 

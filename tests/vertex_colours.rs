@@ -60,7 +60,7 @@ fn a_material_with_a_colour_of_its_own_keeps_it() {
     assert_near(first, Vec3::X * (2.0 / 3.0));
     assert_near(last, linear([0.25, 0.25, 1.0]) * (2.0 / 3.0));
     assert_near(corners(&loaded, 2)[0], Vec3::X);
-    assert!(said(&loaded).iter().any(|m| m.contains("nowhere is in no MTL file: the vertex colours are used")));
+    assert!(said(&loaded).iter().any(|m| m.contains("nowhere: in no MTL file: the vertex colours are used")));
     let unused = scene(&format!("{COLOURED}mtllib a.mtl\nusemtl own\nf 1 2 3\n"), "newmtl own\nKd 0.3\n");
     assert!(unused.scene.colours.is_empty());
     assert!(said(&unused)[0].contains("vertex colours are not used"), "{:?}", said(&unused));

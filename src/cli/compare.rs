@@ -86,7 +86,7 @@ fn check_memory(args: &CompareArgs) -> Result<()> {
 
 fn new_report(args: &CompareArgs, device: &Device) -> Report {
     Report {
-        command: std::env::args().collect(),
+        command: std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect(),
         version: env!("CARGO_PKG_VERSION"),
         scene: args.scene.file_name().unwrap_or_default().to_string_lossy().into_owned(),
         device: Some(device.report().clone()),

@@ -6,7 +6,9 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::camera_path::{CameraPath, load_camera_path};
 use crate::scene::horizon::Horizon;
+use clap_lex::OsStrExt as _;
 use glam::Vec3;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 /// Pictures a second of a path's time where their number is not given.
@@ -106,15 +108,22 @@ fn default_count(file: &Path, duration: f32) -> Result<u64> {
 #[must_use]
 pub fn numbered(path: &Path, number: u64) -> PathBuf {
     const DIGITS: usize = 4;
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    if let Some(end) = name.rfind('#').map(|last| last + 1) {
-        let start = name[..end].trim_end_matches('#').len();
-        let digits = end - start;
-        return path.with_file_name(format!("{}{number:0digits$}{}", &name[..start], &name[end..]));
+    let name = path.file_name().unwrap_or_default();
+    let mut parts: Vec<&OsStr> = name.split("#").collect();
+    let after = parts.pop().unwrap_or_default();
+    if parts.is_empty() {
+        let mut named = path.file_stem().unwrap_or_default().to_owned();
+        named.push(format!("_{number:0DIGITS$}."));
+        named.push(path.extension().unwrap_or_default());
+        return path.with_file_name(named);
     }
-    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let extension = path.extension().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{stem}_{number:0DIGITS$}.{extension}"))
+    // The last run leaves nothing between its signs.
+    let run = parts.iter().rev().take_while(|part| part.is_empty()).count().min(parts.len() - 1);
+    let digits = run + 1;
+    let mut named = parts[..parts.len() - run].join(OsStr::new("#"));
+    named.push(format!("{number:0digits$}"));
+    named.push(after);
+    path.with_file_name(named)
 }
 
 #[cfg(test)]
@@ -129,5 +138,15 @@ mod tests {
         assert_eq!(text("##_#b.png", 123), "##_123b.png");
         assert_eq!(text("dir##/w#.png", 12), "dir##/w12.png");
         assert_eq!(text("a.b.png", 12345), "a.b_12345.png");
+        assert_eq!(text("###.png", 7), "007.png");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn numbered_names_keep_their_bytes() {
+        use std::os::unix::ffi::OsStrExt as _;
+        let named = |name: &[u8]| numbered(Path::new(OsStr::from_bytes(name)), 7).as_os_str().as_bytes().to_vec();
+        assert_eq!(named(b"\xe9.png"), b"\xe9_0007.png");
+        assert_eq!(named(b"\xe9##\xff.png"), b"\xe907\xff.png");
     }
 }

@@ -8,8 +8,8 @@ use crate::refine::options::Priority;
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
 use crate::scene::framing::UpAxis;
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use std::path::PathBuf;
+use clap::builder::{PathBufValueParser, PossibleValuesParser, TypedValueParser};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// Longest time that can be asked for, seconds (a year): keeps clock arithmetic far from overflow.
@@ -57,45 +57,52 @@ pub fn stops(text: &str) -> Result<f32, String> {
     value.ok_or_else(|| "expected stops from -64 to 64, as in 1.5".to_owned())
 }
 
+/// A path, whatever its bytes, that `check` has nothing against.
+fn path(check: fn(&Path) -> Result<(), &'static str>) -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(move |path| check(&path).map(|()| path))
+}
+
 /// An image file that can be written.
-pub fn image_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match FileFormat::of(&path) {
-        Some(_) => Ok(path),
-        None => Err("its extension must be .exr (linear, with layers) or .png (as displayed)".to_owned()),
-    }
+pub fn image_path() -> impl TypedValueParser<Value = PathBuf> {
+    path(|path| match FileFormat::of(path) {
+        Some(_) => Ok(()),
+        None => Err("its extension must be .exr (linear, with layers) or .png (as displayed)"),
+    })
 }
 
 /// An EXR file.
-pub fn exr_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match FileFormat::of(&path) {
-        Some(FileFormat::Exr) => Ok(path),
-        _ => Err("its extension must be .exr: a reference is linear 32-bit float".to_owned()),
-    }
+pub fn exr_path() -> impl TypedValueParser<Value = PathBuf> {
+    path(|path| match FileFormat::of(path) {
+        Some(FileFormat::Exr) => Ok(()),
+        _ => Err("its extension must be .exr: a reference is linear 32-bit float"),
+    })
 }
 
 /// A PNG file.
-pub fn png_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    match FileFormat::of(&path) {
-        Some(FileFormat::Png) => Ok(path),
-        _ => Err("its extension must be .png".to_owned()),
-    }
+pub fn png_path() -> impl TypedValueParser<Value = PathBuf> {
+    path(|path| match FileFormat::of(path) {
+        Some(FileFormat::Png) => Ok(()),
+        _ => Err("its extension must be .png"),
+    })
 }
 
 /// An SVG file.
-pub fn svg_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let is_svg = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("svg"));
-    if is_svg { Ok(path) } else { Err("its extension must be .svg".to_owned()) }
+pub fn svg_path() -> impl TypedValueParser<Value = PathBuf> {
+    path(|path| if has_extension(path, "svg") { Ok(()) } else { Err("its extension must be .svg") })
 }
 
 /// A CSV file; the extension is required since the summary takes the same name with `.json`.
-pub fn csv_path(text: &str) -> Result<PathBuf, String> {
-    let path = PathBuf::from(text);
-    let is_csv = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("csv"));
-    if is_csv { Ok(path) } else { Err("its extension must be .csv; the summary goes beside it as .json".to_owned()) }
+pub fn csv_path() -> impl TypedValueParser<Value = PathBuf> {
+    path(|path| {
+        if has_extension(path, "csv") {
+            return Ok(());
+        }
+        Err("its extension must be .csv; the summary goes beside it as .json")
+    })
+}
+
+fn has_extension(path: &Path, extension: &str) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
 }
 
 /// One of the names of a list.
@@ -153,6 +160,7 @@ pub fn update_mode() -> impl TypedValueParser<Value = UpdateMode> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::ffi::OsStr;
 
     #[test]
     fn sizes() {
@@ -188,13 +196,15 @@ mod tests {
 
     #[test]
     fn paths() {
-        assert!(image_path("a.EXR").is_ok() && image_path("b.c/a.png").is_ok());
-        assert!(exr_path("a.exr").is_ok() && exr_path("a.png").is_err());
-        assert!(png_path("a.PNG").is_ok() && png_path("a.exr").is_err());
-        for bad in ["", "a", "a.jpg", "exr", ".exr", "a.exr/b"] {
-            assert!(image_path(bad).is_err_and(|m| m.contains(".png")), "{bad}");
+        fn is_taken(parser: &impl TypedValueParser, path: impl AsRef<OsStr>) -> bool {
+            parser.parse_ref(&clap::Command::new("test"), None, path.as_ref()).is_ok()
         }
-        assert!(csv_path("a.csv").is_ok() && csv_path("a.json").is_err());
-        assert!(svg_path("a.SVG").is_ok() && svg_path("a.png").is_err());
+        let image = image_path();
+        assert!(["a.EXR", "b.c/a.png"].iter().all(|path| is_taken(&image, path)));
+        assert!(["", "a", "a.jpg", "exr", ".exr", "a.exr/b"].iter().all(|path| !is_taken(&image, path)));
+        assert!(is_taken(&exr_path(), "a.exr") && !is_taken(&exr_path(), "a.png"));
+        assert!(is_taken(&png_path(), "a.PNG") && !is_taken(&png_path(), "a.exr"));
+        assert!(is_taken(&csv_path(), "a.csv") && !is_taken(&csv_path(), "a.json"));
+        assert!(is_taken(&svg_path(), "a.SVG") && !is_taken(&svg_path(), "a.png"));
     }
 }

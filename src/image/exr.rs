@@ -194,7 +194,8 @@ fn write_channels(path: &Path, size: ImageSize, channels: Vec<Channel>, provenan
 }
 
 fn attributes(size: ImageSize, provenance: &Provenance) -> file::LayerAttributes {
-    let text = |s: &str| (!s.is_empty()).then(|| file::Text::from(s));
+    // OpenEXR's strings are UTF-8; the crate's own conversion panics beyond Latin-1.
+    let text = |s: &str| (!s.is_empty()).then(|| file::Text::from_slice_unchecked(s.as_bytes()));
     let mut attributes = file::LayerAttributes {
         software_name: text(concat!("penombre ", env!("CARGO_PKG_VERSION"))),
         comments: text(&provenance.comments),

@@ -6,12 +6,11 @@ use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, MaterialId, TextureMap};
 use super::obj::{self, SKIP, Soup};
-use super::obj_text::ObjText;
+use super::obj_text::{Named, ObjText};
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::stock::Stock;
 use super::subject::Subject;
-use super::text::Warnings;
 use super::texture::Texture;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
@@ -97,7 +96,10 @@ pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
     let files = parse_objs(paths, bytes, origin, &mut report);
     timings.text = start.elapsed();
     let mut stock = Stock::default();
-    let slots: Vec<Slots> = files.iter().map(|file| resolve(file, &mut stock, &mut report)).collect();
+    let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut stock, &mut report)).collect();
+    stock.settle_opacities(in_use(&files, &named), &mut report);
+    let slots: Vec<Slots> =
+        files.iter().zip(&named).map(|(file, named)| resolve(file, named, &mut stock, &mut report)).collect();
     timings.materials = start.elapsed() - timings.text;
     let (decoded, soup) = rayon::join(|| decode(&stock), || assemble(&files, &slots, &stock.painted));
     let ((images, ids, image_report), spent) = decoded;
@@ -235,25 +237,30 @@ struct Slots {
     no_material: u32,
 }
 
-fn resolve(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Slots {
+/// Where the stock has the materials of an OBJ, by their numbers.
+fn find_materials(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Vec<Option<usize>> {
     let library = stock.open_libraries(&file.path, &file.text.libraries, report);
-    let mut warnings = Warnings::new(&file.path);
+    file.text.materials.iter().map(|named| library.find(&named.name)).collect()
+}
+
+/// The materials that faces use.
+fn in_use(files: &[ObjFile], named: &[Vec<Option<usize>>]) -> impl Iterator<Item = usize> {
+    let has_faces = files.iter().flat_map(|file| &file.text.has_faces);
+    has_faces.zip(named.iter().flatten()).filter_map(|(has_faces, index)| index.filter(|_| *has_faces))
+}
+
+fn resolve(file: &ObjFile, named: &[Option<usize>], stock: &mut Stock, report: &mut Report) -> Slots {
     let coloured = file.text.has_colours;
     let stand_in = if coloured { "the vertex colours are" } else { "grey is" };
-    let of_material: Vec<u32> = file
-        .text
-        .materials
-        .iter()
-        .map(|named| match library.get(&named.name) {
-            Some(&index) => stock.slot(index, coloured, report),
-            None => {
-                let message = || format!("material {} is in no MTL file: {stand_in} used", named.name);
-                warnings.add("material in no MTL file", named.line, message);
-                stock.grey(&named.name, coloured)
-            }
-        })
-        .collect();
-    report.faults.extend(warnings.finish().faults);
+    let slot = |(named, index): (&Named, &Option<usize>)| match index {
+        Some(index) => stock.slot(*index, coloured, report),
+        None => {
+            let message = format!("material {}: in no MTL file: {stand_in} used", named.name);
+            report.warn(&file.path, Some(named.line), message);
+            stock.grey(&named.name, coloured)
+        }
+    };
+    let of_material: Vec<u32> = file.text.materials.iter().zip(named).map(slot).collect();
     // `tobj` names no material only before the first `usemtl`.
     let no_material =
         if starts_without_material(&file.text.faces) { stock.grey("no material", coloured) } else { SKIP };

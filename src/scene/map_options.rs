@@ -2,7 +2,6 @@
 
 /// The channel of an image that makes a scalar (`-imfchan`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[allow(dead_code, reason = "only a parser makes them all")]
 pub(super) enum Channel {
     /// Red.
     R,

@@ -39,7 +39,7 @@ impl TextureMap {
 /// A physically normalised Phong material, f_r = k_d/π + k_s (s+2)/(2π) max(0, r·ω)^s  [FP03 §4.3].
 ///
 /// The loader guarantees k_d + k_s ≤ 1 in each channel, all values finite and ≥ 0. Triangles of materials that
-/// cannot be drawn yet (glass: illum 4, 6, 7, 9 or d < 1 without `map_d`) never reach the scene.
+/// cannot be drawn yet (glass) never reach the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
     /// The name in the MTL file.

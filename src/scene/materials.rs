@@ -1,9 +1,8 @@
 //! From MTL statements to what the renderer reflects and emits.
 
-use super::map_options::MapOptions;
+use super::map_statement::MapStatement;
 use super::material::{Material, TextureMap};
 use super::mtl::{Map, MtlMaterial};
-use super::obj_text::Named;
 use super::report::Report;
 use super::texel_source::Role;
 use super::textures::Request;
@@ -16,36 +15,25 @@ const MIRROR_NS: f32 = 1000.0;
 /// What is said of them.
 const MIRROR: &str = "mirrors are not supported yet: it shows the highlight of direct light only";
 
-/// Whether the triangles of a material are left out: glass, until there are refractions. Warns.
-pub(super) fn is_see_through(m: &MtlMaterial, report: &mut Report) -> bool {
-    let why = match (m.illum, m.d) {
-        (Some(model @ (4 | 6 | 7 | 9)), _) => format!("illum {model} (glass)"),
-        (_, Some(d)) if d < 1.0 && m.maps[Map::D as usize].is_none() => format!("d {d} (transparent)"),
-        _ => return false,
-    };
-    let message =
-        format!("material {}: {why} is not supported yet: its faces are not drawn and let light pass", m.name);
-    report.stand_in(&m.file, Some(m.line), message);
-    true
-}
-
 /// Whether a material leaves the colour to others.
 pub(super) fn has_no_colour(m: &MtlMaterial) -> bool {
-    m.kd.is_none() && m.maps[Map::Kd as usize].is_none()
+    m.kd.is_none() && m.diffuse_map().is_none()
 }
 
 /// The textures that a material asks for, with the map that each is for. A colour map brings its own mask where the material
 /// names none.
 pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> {
-    let emits = m.ke.is_none_or(|ke| ke.iter().any(|&c| c > 0.0));
-    let roles = [(Map::Kd, Map::Kd, Role::Colour), (Map::Ke, Map::Ke, Role::Emission), (Map::D, Map::D, Role::Mask)];
-    let cut_out = m.maps[Map::D as usize].is_none().then_some((Map::Kd, Map::D, Role::CutOut));
-    roles.into_iter().chain(cut_out).filter(move |&(from, ..)| from != Map::Ke || emits).filter_map(
-        |(from, to, role)| {
-            let Named { name, line } = m.maps[from as usize].clone()?;
-            Some((to, Request { name, file: m.file.clone(), line, role, options: MapOptions::default() }))
-        },
-    )
+    let mask = if m.maps[Map::D as usize].is_some() { (Map::D, Role::Mask) } else { (Map::Kd, Role::CutOut) };
+    let roles = [(Map::Kd, (Map::Kd, Role::Colour)), (Map::Ke, (Map::Ke, Role::Emission)), (Map::D, mask)];
+    roles.into_iter().filter_map(|(map, (from, role))| {
+        let MapStatement { names, line, options, .. } = statement(m, from)?.clone();
+        Some((map, Request { names, file: m.file.clone(), line, role, options }))
+    })
+}
+
+/// The statement of the texture that is used as `map`.
+fn statement(m: &MtlMaterial, map: Map) -> Option<&MapStatement> {
+    if map == Map::Kd { m.diffuse_map() } else { m.maps[map as usize].as_ref() }
 }
 
 /// The material with its decoded `textures`, by [`Map`]; vertex colours are the reflectance of a `painted` one. Warns of what had
@@ -56,31 +44,119 @@ pub(super) fn build(
     painted: bool,
     report: &mut Report,
 ) -> Material {
-    let mut warn = |line: u32, what: String| report.warn(&m.file, Some(line), format!("material {}: {what}", m.name));
+    let mut about = About { m, report };
     let [map_kd, map_ke, map_d] = textures;
-    let mut kd = m.kd.map_or(Vec3::splat(if map_kd.is_some() || painted { 1.0 } else { DEFAULT_KD }), Vec3::from);
-    if map_kd.is_some() && kd == Vec3::ZERO {
-        warn(m.line, "Kd 0 would blacken its map_Kd: 1 is used".into());
-        kd = Vec3::ONE;
-    }
-    let ke = m.ke.map_or(Vec3::splat(if map_ke.is_some() { 1.0 } else { 0.0 }), Vec3::from);
-    let shininess = m.ns.unwrap_or(0.0);
-    let mut ks = m.ks.map_or(Vec3::ZERO, Vec3::from);
-    if matches!(m.illum, Some(0 | 1)) && ks != Vec3::ZERO {
-        warn(m.line, "illum 0 and 1 have no highlight: Ks is not used".into());
-        ks = Vec3::ZERO;
-    }
-    let sum = kd + ks;
-    if sum.max_element() > 1.0 {
-        warn(m.line, format!("Kd + Ks is {}, more than the light that arrives: scaled down to 1", sum.max_element()));
-        (kd, ks) = bound(kd, ks);
-    }
-    let mirror = ks != Vec3::ZERO && (matches!(m.illum, Some(3 | 5)) || shininess > MIRROR_NS);
+    let kd = if painted { Vec3::ONE } else { about.diffuse(map_kd.is_some()) };
+    let ke = about.emission(map_ke.is_some());
+    let (ks, shininess) = about.highlight();
+    let (kd, ks) = about.bounded(kd, ks);
+    let mirror = ks != Vec3::ZERO && (is_mirror_model(m) || shininess > MIRROR_NS);
     if mirror {
-        let message = format!("material {}: {MIRROR}", m.name);
-        report.stand_in(&m.file, Some(m.line), message);
+        about.report.stand_in(&m.file, Some(m.line), format!("material {}: {MIRROR}", m.name));
     }
+    about.unsupported();
     Material { name: m.name.clone(), kd, ks, shininess, ke, map_kd, map_ke, map_d, mirror }
+}
+
+const fn is_mirror_model(m: &MtlMaterial) -> bool {
+    matches!(m.illum, Some(3 | 5))
+}
+
+/// A material in the making, and what is to be said about it.
+struct About<'a> {
+    m: &'a MtlMaterial,
+    report: &'a mut Report,
+}
+
+impl About<'_> {
+    fn warn(&mut self, what: &str) {
+        self.report.warn(&self.m.file, Some(self.m.line), format!("material {}: {what}", self.m.name));
+    }
+
+    /// k_d, a factor where there is a map.
+    fn diffuse(&mut self, has_map: bool) -> Vec3 {
+        let names_map = self.m.diffuse_map().is_some();
+        if names_map && self.m.maps[Map::Kd as usize].is_none() {
+            self.warn("map_Ka without map_Kd is used as map_Kd");
+        }
+        match self.m.kd.map(Vec3::from) {
+            None => Vec3::splat(if has_map { 1.0 } else { DEFAULT_KD }),
+            Some(Vec3::ZERO) if has_map => {
+                self.warn("Kd 0 would blacken its map_Kd: 1 is used");
+                Vec3::ONE
+            }
+            Some(Vec3::ZERO) if names_map => {
+                self.warn("Kd is 0 and its map_Kd cannot be used: grey is used");
+                Vec3::splat(DEFAULT_KD)
+            }
+            Some(kd) => kd,
+        }
+    }
+
+    /// L_e, a factor where there is a map.
+    fn emission(&mut self, has_map: bool) -> Vec3 {
+        match self.m.ke.map(Vec3::from) {
+            None => Vec3::splat(if has_map { 1.0 } else { 0.0 }),
+            Some(Vec3::ZERO) if has_map => {
+                self.warn("Ke 0 would put out its map_Ke: 1 is used");
+                Vec3::ONE
+            }
+            Some(ke) => ke,
+        }
+    }
+
+    /// k_s and the exponent.
+    fn highlight(&mut self) -> (Vec3, f32) {
+        let (ks, shininess) = (self.m.ks.map_or(Vec3::ZERO, Vec3::from), self.m.ns.unwrap_or(0.0));
+        if ks == Vec3::ZERO {
+            return (ks, shininess);
+        }
+        if matches!(self.m.illum, Some(0 | 1)) {
+            self.warn("illum 0 and 1 have no highlight: Ks is not used");
+            return (Vec3::ZERO, shininess);
+        }
+        if shininess > 0.0 {
+            return (ks, shininess);
+        }
+        if is_mirror_model(self.m) {
+            return (ks, MIRROR_NS);
+        }
+        self.warn("Ks without Ns, or with Ns 0, would be a veil and no highlight: Ks is not used");
+        (Vec3::ZERO, shininess)
+    }
+
+    /// Both reflectances, scaled down where they reflect more than arrives.
+    fn bounded(&mut self, kd: Vec3, ks: Vec3) -> (Vec3, Vec3) {
+        let most = (kd + ks).max_element();
+        if most <= 1.0 {
+            return (kd, ks);
+        }
+        self.warn(&format!("Kd + Ks is {most}, more than the light that arrives: scaled down to 1"));
+        bound(kd, ks)
+    }
+
+    fn unsupported(&mut self) {
+        // Exporters that write both ways to describe a surface derive the highlight from roughness and metalness.
+        let is_said =
+            |keyword: &str| self.m.ns.is_some() && ["pr", "pm"].iter().any(|k| keyword.eq_ignore_ascii_case(k));
+        let missed = self.m.unsupported.iter().filter(|(_, keyword)| !is_said(keyword));
+        let missed: Vec<String> = missed.map(|(what, keyword)| format!("{what} ({keyword})")).collect();
+        if !missed.is_empty() {
+            self.warn(&format!("not supported yet and not used: {}", missed.join(", ")));
+        }
+        let mut options: Vec<&str> = Vec::new();
+        for map in [Map::Kd, Map::Ke, Map::D] {
+            let Some(statement) = statement(self.m, map) else { continue };
+            options.extend(&statement.unused);
+            // A channel makes a mask, not a colour.
+            options.extend((map != Map::D && statement.options.channel.is_some()).then_some("-imfchan"));
+        }
+        options.sort_unstable();
+        options.dedup();
+        if !options.is_empty() {
+            self.warn(&format!("texture options that are not used: {}", options.join(", ")));
+        }
+    }
 }
 
 /// Scales both reflectances where they reflect more than arrives.
@@ -97,7 +173,14 @@ mod tests {
     use crate::scene::texture::TextureId;
 
     fn glossy(kd: [f32; 3], ks: [f32; 3]) -> MtlMaterial {
-        MtlMaterial { name: "a".into(), kd: Some(kd), ks: Some(ks), illum: Some(2), ..MtlMaterial::default() }
+        MtlMaterial {
+            name: "a".into(),
+            kd: Some(kd),
+            ks: Some(ks),
+            ns: Some(8.0),
+            illum: Some(2),
+            ..MtlMaterial::default()
+        }
     }
 
     #[test]
@@ -119,16 +202,38 @@ mod tests {
     }
 
     #[test]
-    fn glass_is_left_out_and_masks_are_not() {
+    fn a_missing_map_blackens_nothing() {
         let mut report = Report::default();
-        let mut m = glossy([0.5; 3], [0.0; 3]);
-        assert!(!is_see_through(&m, &mut report));
-        m.d = Some(0.5);
-        assert!(is_see_through(&m, &mut report));
-        m.maps[Map::D as usize] = Some(Named { name: "m.png".into(), line: 3 });
-        assert!(!is_see_through(&m, &mut report));
-        m.illum = Some(7);
-        assert!(is_see_through(&m, &mut report));
-        assert_eq!(report.faults.len(), 2);
+        let mut m = glossy([0.0; 3], [0.0; 3]);
+        m.maps[Map::Kd as usize] = MapStatement::read(b"gone.png", 3);
+        assert_eq!(build(&m, [None; 3], false, &mut report).kd, Vec3::splat(DEFAULT_KD));
+        m.kd = Some([0.0, 0.0, 0.1]);
+        assert_eq!(build(&m, [None; 3], false, &mut report).kd, Vec3::new(0.0, 0.0, 0.1));
+        assert_eq!(report.faults.len(), 1);
+    }
+
+    #[test]
+    fn ks_without_an_exponent_is_no_highlight() {
+        let mut report = Report::default();
+        let red = MtlMaterial { ns: None, ..glossy([0.8, 0.1, 0.1], [1.0; 3]) };
+        for (ns, illum) in [(None, None), (Some(0.0), Some(2)), (None, Some(7))] {
+            let m = build(&MtlMaterial { ns, illum, ..red.clone() }, [None; 3], false, &mut report);
+            assert_eq!((m.kd, m.ks), (Vec3::new(0.8, 0.1, 0.1), Vec3::ZERO), "{ns:?} {illum:?}");
+        }
+        assert_eq!(report.faults.len(), 3);
+        let mirror = build(&MtlMaterial { illum: Some(3), ..red }, [None; 3], false, &mut report);
+        assert!(mirror.mirror && mirror.ks.x > 0.5 && mirror.shininess == MIRROR_NS, "mirrors need none: {mirror:?}");
+    }
+
+    #[test]
+    fn what_is_not_used_is_one_warning() {
+        let mut report = Report::default();
+        let unsupported = vec![("bump map", "bump".to_owned()), ("roughness", "Pr".to_owned())];
+        let m = MtlMaterial { unsupported, ns: None, ..glossy([0.5; 3], [0.0; 3]) };
+        build(&m, [None; 3], false, &mut report);
+        build(&MtlMaterial { ns: Some(8.0), ..m }, [None; 3], false, &mut report);
+        let said: Vec<_> = report.faults.iter().map(|f| f.message.as_str()).collect();
+        let what = "material a: not supported yet and not used: bump map (bump)";
+        assert_eq!(said, [format!("{what}, roughness (Pr)"), what.to_owned()]);
     }
 }

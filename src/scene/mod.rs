@@ -5,9 +5,11 @@
 
 pub mod camera;
 pub mod camera_path;
+mod commas;
 pub mod coplanar;
 mod emitters;
 mod extent;
+mod find_file;
 pub mod footprint;
 pub mod framing;
 pub mod horizon;
@@ -15,6 +17,7 @@ mod input;
 pub mod light;
 pub mod load;
 mod map_options;
+mod map_statement;
 pub mod material;
 mod materials;
 mod memory;
@@ -37,6 +40,7 @@ mod text;
 pub mod texture;
 mod textures;
 mod toml_walk;
+mod transparency;
 mod union;
 mod vertex_colours;
 

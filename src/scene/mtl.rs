@@ -1,20 +1,21 @@
-//! MTL files: a tolerant pass over the text, then `tobj`.
+//! MTL files: a tolerant reader of every statement that this program knows, with their lines.
 //!
-//! `tobj` panics on a one-value `Kd` and on keywords without values, and keeps no line numbers. The pass writes each
-//! statement that this program uses in the one form that `tobj` reads, and notes where it stood.
+//! `tobj` panics on a one-value `Kd` and on keywords without values, and keeps no line numbers.
 
-use super::obj_text::Named;
+use super::commas;
+use super::map_statement::MapStatement;
 use super::report::Report;
 use super::text::{self, Lines, Warnings};
 use std::collections::HashMap;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// A material as its file has it; absent statements are `None`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct MtlMaterial {
-    /// Name.
+    /// Name, without the comment that may follow it.
     pub name: String,
+    /// What follows `newmtl`.
+    pub whole_name: String,
     /// The MTL file.
     pub file: PathBuf,
     /// Line of its `newmtl`.
@@ -25,14 +26,20 @@ pub(super) struct MtlMaterial {
     pub ks: Option<[f32; 3]>,
     /// Emitted radiance.
     pub ke: Option<[f32; 3]>,
+    /// Transmission filter.
+    pub tf: Option<[f32; 3]>,
     /// Phong exponent.
     pub ns: Option<f32>,
+    /// Index of refraction.
+    pub ni: Option<f32>,
     /// Opacity (`d`, or 1 − `Tr`).
     pub d: Option<f32>,
     /// Illumination model.
     pub illum: Option<u8>,
-    /// Texture files, by [`Map`]; each with its line.
-    pub maps: [Option<Named>; 3],
+    /// Textures, by [`Map`].
+    pub maps: [Option<MapStatement>; 4],
+    /// What is not supported of the material: what it is, and the keyword.
+    pub unsupported: Vec<(&'static str, String)>,
 }
 
 /// The textures that are used.
@@ -44,51 +51,81 @@ pub(super) enum Map {
     Ke = 1,
     /// `map_d`
     D = 2,
+    /// `map_Ka`, in place of a missing `map_Kd`
+    Ka = 3,
 }
 
-/// Statements that say nothing to this renderer, or that it does not use yet.
-/// In lower case.
-const UNUSED: &str = "ka km kt ni tf sharpness map_ka map_ks map_ns map_km map_ni map_tr map_aat map_refl map_bump bump \
-                      disp map_disp decal map_decal refl norm map_norm map_opacity pr pm ps pc pcr aniso anisor map_pr \
-                      map_pm map_ps map_pc map_pcr map_aniso map_anisor map_rma map_orm";
+impl MtlMaterial {
+    /// The statement of its diffuse texture.
+    pub(super) fn diffuse_map(&self) -> Option<&MapStatement> {
+        self.maps[Map::Kd as usize].as_ref().or(self.maps[Map::Ka as usize].as_ref())
+    }
+
+    /// Whether the other material says the same, wherever.
+    pub(super) fn is_alike(&self, other: &Self) -> bool {
+        let place =
+            |m: &Self| Self { file: PathBuf::new(), line: 0, maps: m.maps.clone().map(at_no_line), ..m.clone() };
+        place(self) == place(other)
+    }
+}
+
+fn at_no_line(map: Option<MapStatement>) -> Option<MapStatement> {
+    map.map(|map| MapStatement { line: 0, ..map })
+}
+
+/// Statements that say nothing to this renderer, in lower case: light that comes from everywhere (`Ka`), how others filter, and values
+/// of little weight.
+const NO_DIFFERENCE: &str = "ka km kt sharpness map_aat pcr anisor";
+
+/// Statements that are not supported, in lower case, and what they are. A value of 0 asks for nothing.
+const UNSUPPORTED: [(&str, &str); 29] = [
+    ("map_bump", "bump map"),
+    ("bump", "bump map"),
+    ("norm", "normal map"),
+    ("map_norm", "normal map"),
+    ("disp", "displacement map"),
+    ("map_disp", "displacement map"),
+    ("map_ks", "specular map"),
+    ("map_ns", "shininess map"),
+    ("map_ni", "refraction map"),
+    ("map_tr", "transparency map"),
+    ("map_tf", "transmission map"),
+    ("map_refl", "reflection map"),
+    ("refl", "reflection map"),
+    ("map_decal", "decal"),
+    ("decal", "decal"),
+    ("pr", "roughness"),
+    ("pm", "metalness"),
+    ("ps", "sheen"),
+    ("pc", "clearcoat"),
+    ("aniso", "anisotropy"),
+    ("map_pr", "roughness map"),
+    ("map_pm", "metalness map"),
+    ("map_ps", "sheen map"),
+    ("map_pc", "clearcoat map"),
+    ("map_pcr", "clearcoat roughness map"),
+    ("map_aniso", "anisotropy map"),
+    ("map_anisor", "anisotropy map"),
+    ("map_rma", "roughness and metalness map"),
+    ("map_orm", "roughness and metalness map"),
+];
 
 /// The materials of the MTL file `file`, in order; of two of one name the later counts.
 pub(super) fn read(file: &Path, bytes: &[u8]) -> (Vec<MtlMaterial>, Report) {
-    let mut pass = Pass {
-        file,
-        out: Vec::new(),
-        materials: Vec::new(),
-        warnings: Warnings::new(file),
-        lines: HashMap::new(),
-        has_d: false,
-    };
+    let mut pass =
+        Pass { file, materials: Vec::new(), warnings: Warnings::new(file), lines: HashMap::new(), has_d: false };
     let mut lines = Lines::new(bytes);
     while let Some(line) = lines.next() {
         match line {
             Ok((number, line)) => pass.statement(line, number),
-            Err(number) => pass.warn("line too long", number, "the line is longer than 1 MiB and is left out"),
+            Err(number) => pass.warn("line too long", number, text::TOO_LONG),
         }
     }
-    let Pass { out, mut materials, warnings, .. } = pass;
-    let mut report = warnings.finish();
-    match tobj::load_mtl_buf(&mut out.as_slice()) {
-        Ok((parsed, _)) => materials.iter_mut().zip(parsed).for_each(|(m, p)| m.take_values(p)),
-        Err(error) => report.error(file, None, format!("cannot be read: {error}")),
-    }
-    (materials, report)
-}
-
-impl MtlMaterial {
-    fn take_values(&mut self, parsed: tobj::Material) {
-        (self.kd, self.ks, self.ke) = (parsed.diffuse, parsed.specular, parsed.emissive);
-        (self.ns, self.d, self.illum) = (parsed.shininess, parsed.dissolve, parsed.illumination_model);
-    }
+    (pass.materials, pass.warnings.finish())
 }
 
 struct Pass<'a> {
     file: &'a Path,
-    /// The text for `tobj`.
-    out: Vec<u8>,
     materials: Vec<MtlMaterial>,
     warnings: Warnings<'a>,
     /// Line of each name's `newmtl`.
@@ -102,31 +139,31 @@ impl Pass<'_> {
         self.warnings.add(kind, line, || message.to_owned());
     }
 
+    /// Exporters differ in the case of keywords.
     fn statement(&mut self, line: &[u8], number: u32) {
-        let (keyword, rest) = text::keyword(line);
-        let keyword = text::decode(keyword);
+        let (word, rest) = text::keyword(line);
+        let keyword = text::decode(word).to_ascii_lowercase();
         if keyword == "newmtl" {
             return self.new_material(rest, number);
         }
-        if self.materials.is_empty() {
+        let Some(index) = self.materials.len().checked_sub(1) else {
             return self.warn("statement before newmtl", number, "stands before the first newmtl and is left out");
-        }
+        };
         match keyword.as_str() {
-            "Kd" | "Ks" | "Ke" => self.colour(&keyword, rest, number),
-            "Ns" => self.exponent(rest, number),
-            "d" | "Tr" => self.opacity(&keyword, rest, number),
+            "kd" => self.colour("Kd", rest, number, |m| &mut m.kd),
+            "ks" => self.colour("Ks", rest, number, |m| &mut m.ks),
+            "ke" => self.colour("Ke", rest, number, |m| &mut m.ke),
+            "tf" => self.colour("Tf", rest, number, |m| &mut m.tf),
+            "ns" => self.exponent(rest, number),
+            "ni" => self.materials[index].ni = text::words(rest).next().and_then(text::number),
+            "d" => self.opacity("d", rest, number),
+            "tr" => self.opacity("Tr", rest, number),
             "illum" => self.illumination(rest, number),
-            _ => match keyword.to_ascii_lowercase().as_str() {
-                "map_kd" => self.map(Map::Kd, rest, number),
-                "map_ke" => self.map(Map::Ke, rest, number),
-                "map_d" => self.map(Map::D, rest, number),
-                lower if UNUSED.split_whitespace().any(|known| known == lower) => {}
-                _ => {
-                    self.warnings.add("unknown keyword", number, || {
-                        format!("{} is not known: the line is left out", text::quote(keyword.as_bytes()))
-                    });
-                }
-            },
+            "map_kd" => self.map(Map::Kd, rest, number),
+            "map_ke" => self.map(Map::Ke, rest, number),
+            "map_d" | "map_opacity" => self.map(Map::D, rest, number),
+            "map_ka" => self.map(Map::Ka, rest, number),
+            _ => self.not_used(word, &keyword, rest, number),
         }
     }
 
@@ -135,18 +172,26 @@ impl Pass<'_> {
             self.warn("newmtl", line, "newmtl without a name: the material cannot be used");
         }
         self.has_d = false;
-        let name = text::decode(rest);
-        if let Some(first) = self.lines.insert(name.clone(), line) {
+        let whole_name = text::decode(rest);
+        let name = text::uncommented(&whole_name).unwrap_or(&whole_name).to_owned();
+        if let Some(first) = self.lines.insert(whole_name.clone(), line) {
             self.warnings.add("material defined twice", line, || {
                 format!("material {name} stands already at line {first}: the later one counts")
             });
         }
-        let _ = writeln!(self.out, "newmtl {}", self.materials.len());
-        self.materials.push(MtlMaterial { name, file: self.file.to_owned(), line, ..MtlMaterial::default() });
+        let file = self.file.to_owned();
+        self.materials.push(MtlMaterial { name, whole_name, file, line, ..MtlMaterial::default() });
     }
 
-    fn colour(&mut self, keyword: &str, rest: &[u8], line: u32) {
-        let words: Vec<&[u8]> = text::words(rest).collect();
+    fn colour(
+        &mut self,
+        keyword: &str,
+        rest: &[u8],
+        line: u32,
+        field: impl FnOnce(&mut MtlMaterial) -> &mut Option<[f32; 3]>,
+    ) {
+        let rest = commas::without(rest, line, &mut self.warnings);
+        let words: Vec<&[u8]> = text::words(&rest).collect();
         if let Some(&kind @ (b"spectral" | b"xyz")) = words.first() {
             let message = format!("{keyword} {} is not supported: give RGB values", text::decode(kind));
             return self.warn("colour space", line, &message);
@@ -163,98 +208,71 @@ impl Pass<'_> {
         if rgb.iter().any(|&c| c < 0.0) {
             self.warn("negative colour", line, &format!("{keyword} is negative: 0 is used"));
         }
-        let [r, g, b] = rgb.map(|c| c.max(0.0));
-        let _ = writeln!(self.out, "{keyword} {r} {g} {b}");
+        if let Some(material) = self.materials.last_mut() {
+            *field(material) = Some(rgb.map(|c| c.max(0.0)));
+        }
+    }
+
+    /// The one number of a statement.
+    fn number(&mut self, rest: &[u8], line: u32) -> Option<f32> {
+        let rest = commas::without(rest, line, &mut self.warnings);
+        text::words(&rest).find(|word| *word != b"-halo").and_then(text::number)
     }
 
     fn exponent(&mut self, rest: &[u8], line: u32) {
-        match text::words(rest).next().and_then(text::number) {
-            Some(ns) => {
-                if ns < 0.0 {
-                    self.warn("negative Ns", line, "Ns is negative: 0 is used");
-                }
-                let _ = writeln!(self.out, "Ns {}", ns.max(0.0));
-            }
-            None => self.warn("Ns", line, "Ns needs one finite number: 0 is used"),
+        let Some(ns) = self.number(rest, line) else {
+            return self.warn("Ns", line, "Ns needs one finite number: 0 is used");
+        };
+        if ns < 0.0 {
+            self.warn("negative Ns", line, "Ns is negative: 0 is used");
+        }
+        if let Some(material) = self.materials.last_mut() {
+            material.ns = Some(ns.max(0.0));
         }
     }
 
     fn opacity(&mut self, keyword: &str, rest: &[u8], line: u32) {
-        let Some(value) = text::words(rest).find(|w| *w != b"-halo").and_then(text::number) else {
+        let Some(value) = self.number(rest, line) else {
             return self.warn("opacity", line, &format!("{keyword} needs one finite number: opaque is used"));
         };
         if !(0.0..=1.0).contains(&value) {
             self.warn("opacity range", line, &format!("{keyword} is outside 0 to 1 and is clamped"));
         }
         let value = value.clamp(0.0, 1.0);
-        if keyword == "d" {
-            self.has_d = true;
-            let _ = writeln!(self.out, "d {value}");
-        } else if !self.has_d {
-            let _ = writeln!(self.out, "d {}", 1.0 - value);
+        let is_d = keyword == "d";
+        if let Some(material) = self.materials.last_mut().filter(|_| is_d || !self.has_d) {
+            material.d = Some(if is_d { value } else { 1.0 - value });
+            self.has_d = is_d;
         }
     }
 
     fn illumination(&mut self, rest: &[u8], line: u32) {
         let word = text::words(rest).next().unwrap_or_default();
-        match std::str::from_utf8(word).ok().and_then(|w| w.parse::<u8>().ok()) {
-            Some(model @ 0..=10) => {
-                let _ = writeln!(self.out, "illum {model}");
-            }
+        let model = std::str::from_utf8(word).ok().and_then(|w| w.parse::<u8>().ok()).filter(|model| *model <= 10);
+        match (model, self.materials.last_mut()) {
+            (Some(model), Some(material)) => material.illum = Some(model),
             _ => self.warn("illum", line, "illum needs a whole number from 0 to 10: 2 is used"),
         }
     }
 
     fn map(&mut self, map: Map, rest: &[u8], line: u32) {
-        let (name, ignored) = texture_name(rest);
-        if name.is_empty() {
-            return self.warn("texture without a file", line, "the texture names no file: the constant is used");
-        }
-        if !ignored.is_empty() {
-            let message = format!("the texture option {} is not used", ignored.join(", "));
-            self.warn("texture options", line, &message);
-        }
-        if let Some(material) = self.materials.last_mut() {
-            material.maps[map as usize] = Some(Named { name, line });
+        match (MapStatement::read(rest, line), self.materials.last_mut()) {
+            (Some(statement), Some(material)) => material.maps[map as usize] = Some(statement),
+            _ => self.warn("texture without a file", line, "the texture names no file: the constant is used"),
         }
     }
-}
 
-/// Splits a texture statement into its file name and the options that would change the picture.
-fn texture_name(rest: &[u8]) -> (String, Vec<String>) {
-    let mut rest = rest.trim_ascii();
-    let mut ignored = Vec::new();
-    while rest.starts_with(b"-") {
-        let (option, after) = text::keyword(rest);
-        let Some((least, most)) = option_values(option) else { break };
-        let (mut after, mut neutral) = (after, true);
-        for k in 0..most {
-            let (value, next) = text::keyword(after);
-            // The file's name may stand where an optional value could.
-            let number = text::number(value);
-            if k >= least && (number.is_none() || next.is_empty()) {
-                break;
+    fn not_used(&mut self, word: &[u8], keyword: &str, rest: &[u8], line: u32) {
+        if let Some(&(_, what)) = UNSUPPORTED.iter().find(|(known, _)| *known == keyword) {
+            let asks_for_nothing = text::words(rest).all(|word| text::number(word) == Some(0.0));
+            if let Some(material) = self.materials.last_mut().filter(|_| !asks_for_nothing) {
+                let is_new = material.unsupported.iter().all(|(known, _)| *known != what);
+                material.unsupported.extend(is_new.then(|| (what, text::decode(word))));
             }
-            neutral &= number == Some(if option == b"-s" { 1.0 } else { 0.0 });
-            after = next;
+        } else if !NO_DIFFERENCE.split(' ').any(|known| known == keyword) {
+            self.warnings
+                .add("unknown keyword", line, || format!("{} is not known: the line is left out", text::quote(word)));
         }
-        if matches!(option, b"-s" | b"-o" | b"-t" | b"-mm" | b"-clamp") && !neutral && !after.is_empty() {
-            ignored.push(text::decode(option));
-        }
-        rest = after;
-    }
-    let name = rest.strip_prefix(b"\"").and_then(|r| r.strip_suffix(b"\"")).unwrap_or(rest);
-    (text::decode(name), ignored)
-}
-
-/// Least and most number of values of a texture option.
-fn option_values(option: &[u8]) -> Option<(usize, usize)> {
-    match option {
-        b"-o" | b"-s" | b"-t" => Some((1, 3)),
-        b"-mm" => Some((2, 2)),
-        b"-blendu" | b"-blendv" | b"-cc" | b"-clamp" | b"-imfchan" | b"-texres" | b"-bm" | b"-boost" | b"-type"
-        | b"-colorspace" => Some((1, 1)),
-        _ => None,
     }
 }
 
@@ -291,20 +309,28 @@ mod tests {
     }
 
     #[test]
-    fn texture_options_are_skipped() {
-        for (line, name, ignored) in [
-            ("a b.png", "a b.png", 0),
-            ("-texres 512 input.jpg", "input.jpg", 0),
-            ("-o 0.1 diffuse.jpg", "diffuse.jpg", 1),
-            ("-s 1 1 1 -o 0 0 x y.png", "x y.png", 0),
-            ("-s 0.1 0.2 specular.jpg", "specular.jpg", 1),
-            ("-clamp off -type sphere 12", "12", 1),
-            ("-s 2 2 7", "7", 1),
-            ("\"quoted name.png\"", "quoted name.png", 0),
-            ("-odd.png", "-odd.png", 0),
-        ] {
-            let (found, options) = texture_name(line.as_bytes());
-            assert_eq!((found.as_str(), options.len()), (name, ignored), "{line}");
-        }
+    fn keywords_of_any_case_are_read() {
+        let (m, report) = one("kd 0.1 0.2 0.3\nNS 5\nTF 0.5\nni 1.5\nMap_Opacity a.png");
+        assert_eq!((m.kd, m.ns, m.tf, m.ni), (Some([0.1, 0.2, 0.3]), Some(5.0), Some([0.5; 3]), Some(1.5)));
+        assert_eq!(m.maps[Map::D as usize].as_ref().map(|map| map.names.as_slice()), Some(&["a.png".to_owned()][..]));
+        assert!(report.faults.is_empty(), "{report:?}");
+    }
+
+    #[test]
+    fn comments_are_no_part_of_names() {
+        let names = |line: &str| {
+            let (materials, _) = read(Path::new("a.mtl"), line.as_bytes());
+            (materials[0].name.clone(), materials[0].whole_name.clone())
+        };
+        assert_eq!(names("newmtl red paint # of the door"), ("red paint".into(), "red paint # of the door".into()));
+        assert_eq!(names("newmtl Material #25"), ("Material #25".into(), "Material #25".into()));
+    }
+
+    #[test]
+    fn what_is_not_supported_is_listed_once() {
+        let (m, report) = one("Ka 1\nbump a.png\nmap_Bump b.png\nPm 0\nPr 0.5\nPs 0 0 0\nmap_Ks c.png\nsharpness 60");
+        let listed: Vec<_> = m.unsupported.iter().map(|(what, keyword)| format!("{what} ({keyword})")).collect();
+        assert_eq!(listed, ["bump map (bump)", "roughness (Pr)", "specular map (map_Ks)"]);
+        assert!(report.faults.is_empty(), "{report:?}");
     }
 }

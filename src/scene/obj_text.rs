@@ -5,6 +5,7 @@
 //! `tobj` reads without a hitch: first all vertices, then faces whose indices are in range and whose corners all carry
 //! the same attributes, with `usemtl` naming an entry of [`ObjText::materials`] by its number.
 
+use super::commas;
 use super::report::Report;
 use super::text::{self, Lines, Warnings};
 use super::vertex_colours::VertexColours;
@@ -15,6 +16,11 @@ use std::path::Path;
 
 /// Largest coordinate that is drawn: beyond it products of edges leave the range of 32-bit floats.
 const MAX_COORDINATE: f64 = 1e9;
+
+/// Statements of curves and surfaces that are no polygons.
+const FREE_FORM: &str = "vp cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con bsp bzp cdc cdp res";
+/// Statements that make no difference here.
+const NO_DIFFERENCE: &str = "mg lod bevel c_interp d_interp ctech stech shadow_obj trace_obj";
 
 /// A name in the file, with its line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -36,6 +42,8 @@ pub(super) struct ObjText {
     pub faces: Vec<u8>,
     /// Materials named by `usemtl`, in order of first use.
     pub materials: Vec<Named>,
+    /// Whether faces use each of them.
+    pub has_faces: Vec<bool>,
     /// What follows each `mtllib`.
     pub libraries: Vec<Named>,
     /// Faces that were dropped.
@@ -80,31 +88,28 @@ impl ObjText {
             let (number, line) = match line {
                 Ok(line) => line,
                 Err(number) => {
-                    warnings.add("line too long", number, || "the line is longer than 1 MiB and is left out".into());
+                    warnings.add("line too long", number, || text::TOO_LONG.into());
                     continue;
                 }
             };
             let (keyword, rest) = text::keyword(line);
             match keyword {
                 b"v" => {
+                    let rest = &commas::without(rest, number, warnings);
                     colours.add(survey.totals[V], rest, number);
                     self.position(rest, number, &mut survey, warnings);
                 }
                 b"vt" => {
                     survey.totals[VT] += 1;
-                    self.texture_coordinate(rest, number, warnings);
+                    self.texture_coordinate(&commas::without(rest, number, warnings), number, warnings);
                 }
                 b"vn" => {
                     survey.totals[VN] += 1;
-                    self.normal(rest, number, warnings);
+                    self.normal(&commas::without(rest, number, warnings), number, warnings);
                 }
                 b"mtllib" => self.libraries.push(Named { name: text::decode(rest), line: number }),
                 b"f" | b"fo" | b"usemtl" | b"g" | b"o" | b"s" => {}
-                b"l" | b"p" => warnings
-                    .add("lines and points", number, || "lines and points (l, p) are not drawn: only faces are".into()),
-                other => warnings.add("unknown keyword", number, || {
-                    format!("{} is not read: the line is left out", text::quote(other))
-                }),
+                other => not_read(other, rest, number, warnings),
             }
         }
         self.has_colours = !colours.is_empty();
@@ -142,7 +147,8 @@ impl ObjText {
         survey.unusable.push(index);
         self.vertices.extend_from_slice(b"v 0 0 0\n");
         warnings.add("unusable vertex", line, || {
-            "a vertex needs three finite numbers of at most 1e9: faces that use this one are left out".into()
+            "a vertex needs three finite numbers of at most 1e9, with blanks between them: faces that use this one are left out"
+                .into()
         });
     }
 
@@ -189,6 +195,7 @@ impl ObjText {
         let mut numbers_of: FxHashMap<Vec<u8>, usize> = FxHashMap::default();
         let mut so_far = Triple::default();
         let mut corners = Vec::new();
+        let mut material = None;
         let mut lines = Lines::new(bytes);
         while let Some(line) = lines.next() {
             let Ok((number, line)) = line else { continue };
@@ -201,32 +208,56 @@ impl ObjText {
                     let face = Face { so_far, survey, line: number };
                     if !face.write(rest, &mut corners, &mut self.faces, warnings) {
                         self.dropped_faces += 1;
+                    } else if let Some(id) = material {
+                        self.has_faces[id] = true;
                     }
                 }
-                b"usemtl" => self.use_material(rest, number, &mut numbers_of, warnings),
+                b"usemtl" => material = self.use_material(rest, number, &mut numbers_of, warnings).or(material),
                 _ => {}
             }
         }
     }
 
+    /// The number of the material, if the statement names one.
     fn use_material(
         &mut self,
         name: &[u8],
         line: u32,
         numbers_of: &mut FxHashMap<Vec<u8>, usize>,
         warnings: &mut Warnings,
-    ) {
+    ) -> Option<usize> {
         if name.is_empty() {
             warnings.add("usemtl", line, || "usemtl names no material: the one before stays in use".into());
-            return;
+            return None;
         }
         let next = self.materials.len();
         let id = *numbers_of.entry(name.to_vec()).or_insert(next);
         if id == next {
             self.materials.push(Named { name: text::decode(name), line });
+            self.has_faces.push(false);
         }
         // Writing to memory cannot fail.
         let _ = writeln!(self.faces, "usemtl {id}");
+        Some(id)
+    }
+}
+
+/// What is said of a statement that gives no vertex.
+fn not_read(keyword: &[u8], rest: &[u8], line: u32, warnings: &mut Warnings) {
+    let is_in = |list: &str| list.split(' ').any(|known| known.as_bytes() == keyword);
+    if keyword == b"l" || keyword == b"p" {
+        warnings.add("lines and points", line, || "lines and points (l, p) are not drawn: only faces are".into());
+    } else if is_in(FREE_FORM) {
+        warnings.once("free form", line, || {
+            let kind = if keyword == b"cstype" { text::decode(&rest[..rest.len().min(40)]) } else { String::new() };
+            let statement = format!("{} {kind}", text::decode(keyword));
+            let statement = statement.trim_end();
+            format!(
+                "free-form curves and surfaces ({statement}) are not supported: tessellate to polygons when exporting"
+            )
+        });
+    } else if !is_in(NO_DIFFERENCE) {
+        warnings.add("unknown keyword", line, || format!("{} is not read: the line is left out", text::quote(keyword)));
     }
 }
 

@@ -2,9 +2,6 @@
 
 use glam::{DVec3, Vec3};
 
-/// Polygons of more corners are cut as a fan: no exporter writes them, and the time of ear clipping grows quadratically.
-const MOST_EARS: usize = 4096;
-
 /// Whether a triangle can be drawn: its area is not nil, in exact enough arithmetic.
 pub(super) fn has_area(corners: [Vec3; 3]) -> bool {
     let [a, b, c] = corners.map(Vec3::as_dvec3);
@@ -24,7 +21,7 @@ pub(super) fn triangulate(points: &[Vec3], out: &mut Vec<[u32; 3]>) {
         let [a, b, c] = [a, b, c].map(|i| points[i as usize].as_dvec3());
         (b - a).cross(c - a).dot(normal) >= 0.0
     };
-    if points.len() > MOST_EARS || normal == DVec3::ZERO || out.iter().all(faces_normal) {
+    if normal == DVec3::ZERO || out.iter().all(faces_normal) {
         return;
     }
     clip_ears(points, normal, out);
@@ -92,6 +89,22 @@ mod tests {
         let mut cut = Vec::new();
         triangulate(&points, &mut cut);
         assert!(cut.iter().all(|&t| signed_area(&points, t, DVec3::Z) <= 0.0), "clockwise stays clockwise");
+    }
+
+    #[test]
+    fn outlines_of_many_corners_keep_their_bays() {
+        // A star of 20,000 rays: a fan from any corner covers the bays between them.
+        let n = 40_000;
+        let corner = |i: u32| {
+            let (angle, radius) =
+                (std::f64::consts::TAU * f64::from(i) / f64::from(n), if i.is_multiple_of(2) { 1.0 } else { 0.7 });
+            Vec3::new((radius * angle.cos()) as f32, (radius * angle.sin()) as f32, 0.0)
+        };
+        let points: Vec<Vec3> = (0..n).map(corner).collect();
+        let mut cut = Vec::new();
+        triangulate(&points, &mut cut);
+        let expected = newell_normal(&points).z / 2.0;
+        assert!((area(&points, &cut) / expected - 1.0).abs() < 1e-9, "{} of {expected}", area(&points, &cut));
     }
 
     #[test]

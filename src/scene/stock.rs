@@ -1,13 +1,14 @@
 //! The MTL files of a scene, each read once, and the materials that its faces use.
 
+use super::find_file::Finder;
 use super::material::Material;
 use super::mtl::{self, MtlMaterial};
 use super::obj::SKIP;
 use super::obj_text::Named;
 use super::report::Report;
-use super::{input, materials, textures};
+use super::{input, materials, text, transparency};
 use glam::Vec3;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// A material of the scene, by its source.
@@ -34,28 +35,58 @@ pub(super) struct Stock {
     slot_of_grey: HashMap<(String, bool), u32>,
 }
 
+/// The materials that the libraries of one OBJ offer.
+#[derive(Debug, Default)]
+pub(super) struct Library {
+    /// Indices into [`Stock::read`] by name, with the comment after it and without.
+    by_name: HashMap<String, usize>,
+}
+
+impl Library {
+    /// The material that `usemtl` names: with what follows it, else without a comment.
+    pub(super) fn find(&self, name: &str) -> Option<usize> {
+        let plain = || text::uncommented(name).and_then(|plain| self.by_name.get(plain));
+        self.by_name.get(name).or_else(plain).copied()
+    }
+}
+
 impl Stock {
-    /// Reads what the `mtllib` statements of `obj` name; the materials by name, of several the last.
-    pub(super) fn open_libraries(
-        &mut self,
-        obj: &Path,
-        statements: &[Named],
-        report: &mut Report,
-    ) -> HashMap<String, usize> {
+    /// Reads what the `mtllib` statements of `obj` name. Of two materials of one name the one counts that is in the library named
+    /// first; in one library, the later one.
+    pub(super) fn open_libraries(&mut self, obj: &Path, statements: &[Named], report: &mut Report) -> Library {
         let directory = obj.parent().unwrap_or(Path::new(""));
-        let mut out = HashMap::new();
-        for statement in statements {
-            for (name, path) in library_files(directory, &statement.name) {
-                let Some(path) = path else {
-                    let message = format!("there is no MTL file {name:?}: its materials are grey");
-                    report.warn(obj, Some(statement.line), message);
-                    continue;
-                };
-                let range = self.open(&path, report);
-                out.extend(range.map(|index| (self.read[index].name.clone(), index)));
+        let mut finder = Finder::default();
+        let (mut seen, mut indices) = (HashSet::new(), Vec::new());
+        for statement in statements.iter().filter(|statement| seen.insert(statement.name.as_str())) {
+            for (name, path) in library_files(&mut finder, directory, &statement.name) {
+                match path {
+                    Some(path) => indices.extend(self.open(&path, report).rev()),
+                    None => {
+                        let message = format!("there is no MTL file {name:?}: its materials are grey");
+                        report.warn(obj, Some(statement.line), message);
+                    }
+                }
             }
         }
-        out
+        let mut library = Library::default();
+        for &index in &indices {
+            let first = *library.by_name.entry(self.read[index].whole_name.clone()).or_insert(index);
+            self.warn_of_another(first, index, report);
+        }
+        for &index in &indices {
+            library.by_name.entry(self.read[index].name.clone()).or_insert(index);
+        }
+        library
+    }
+
+    /// Says that a material is not used since another library, which is named before, has one of its name.
+    fn warn_of_another(&self, first: usize, index: usize, report: &mut Report) {
+        let (used, other) = (&self.read[first], &self.read[index]);
+        if used.file != other.file && !used.is_alike(other) {
+            let message =
+                format!("material {}: that of {} counts, which is named first", other.name, used.file.display());
+            report.warn(&other.file, Some(other.line), message);
+        }
     }
 
     fn open(&mut self, path: &Path, report: &mut Report) -> std::ops::Range<usize> {
@@ -76,6 +107,17 @@ impl Stock {
         range
     }
 
+    /// Finds out what the opacities of the MTL files mean, from the materials that faces use.
+    pub(super) fn settle_opacities(&mut self, used: impl Iterator<Item = usize>, report: &mut Report) {
+        let mut has_faces = vec![false; self.read.len()];
+        used.for_each(|index| has_faces[index] = true);
+        let mut ranges: Vec<_> = self.files.values().cloned().collect();
+        ranges.sort_unstable_by_key(|range| range.start);
+        for range in ranges {
+            transparency::settle(&mut self.read[range.clone()], &has_faces[range], report);
+        }
+    }
+
     /// The slot of a material that faces use, `coloured` ones of vertices with colours; [`SKIP`], with a warning, when it lets
     /// light pass.
     pub(super) fn slot(&mut self, index: usize, coloured: bool, report: &mut Report) -> u32 {
@@ -83,7 +125,7 @@ impl Stock {
         if let Some(&slot) = self.slot_of_mtl.get(&(index, painted)) {
             return slot;
         }
-        let slot = if materials::is_see_through(&self.read[index], report) {
+        let slot = if transparency::is_see_through(&self.read[index], report) {
             SKIP
         } else {
             self.push(Slot::Mtl(index), painted)
@@ -128,15 +170,20 @@ impl Stock {
     }
 }
 
-/// The files that one `mtllib` names: the whole rest of the line where that is a file, else its words, in which
-/// `\` before a space keeps a name together.
-fn library_files(directory: &Path, statement: &str) -> Vec<(String, Option<PathBuf>)> {
+/// The files that one `mtllib` names: the whole rest of the line, with a comment or without, where that is a file, else its words, in
+/// which `\` before a space keeps a name together.
+fn library_files(finder: &mut Finder, directory: &Path, statement: &str) -> Vec<(String, Option<PathBuf>)> {
     let whole = statement.trim_matches('"').to_owned();
-    let found = textures::find_file(directory, &whole);
+    if let Some(found) = finder.file(directory, &whole) {
+        return vec![(whole, Some(found))];
+    }
+    let plain = text::uncommented(statement).unwrap_or(statement);
+    let whole = plain.trim_matches('"').to_owned();
+    let found = finder.file(directory, &whole);
     if found.is_some() || !whole.contains(char::is_whitespace) {
         return vec![(whole, found)];
     }
-    let glued = statement.replace("\\ ", "\u{0}");
+    let glued = plain.replace("\\ ", "\u{0}");
     let names = glued.split_whitespace().map(|name| name.replace('\u{0}', " "));
-    names.map(|name| (name.clone(), textures::find_file(directory, &name))).collect()
+    names.map(|name| (name.clone(), finder.file(directory, &name))).collect()
 }

@@ -5,8 +5,10 @@ use glam::DVec3;
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Longest logical line that is read, bytes; a face of 60,000 corners fits.
-const MAX_LINE: usize = 1 << 20;
+/// Longest logical line that is read, bytes; a face of half a million corners fits, and no more than a few hundred MiB come of it.
+const MAX_LINE: usize = 16 << 20;
+/// What is said of a longer one.
+pub(super) const TOO_LONG: &str = "the line is longer than 16 MiB and is left out";
 
 /// Faults of one kind that are listed one by one; the rest are counted.
 const LISTED: usize = 10;
@@ -106,6 +108,16 @@ pub(super) fn decode(bytes: &[u8]) -> String {
     }
 }
 
+/// A name without the comment after it; `None` where there is none. `#` and a digit after a blank belong to the name, as in
+/// `Material #25`, which 3ds Max writes.
+pub(super) fn uncommented(name: &str) -> Option<&str> {
+    let is_comment = |&(at, _): &(usize, &str)| {
+        name[..at].ends_with([' ', '\t']) && !name[at + 1..].starts_with(|c: char| c.is_ascii_digit())
+    };
+    let (at, _) = name.match_indices('#').find(is_comment)?;
+    Some(name[..at].trim_end()).filter(|name| !name.is_empty())
+}
+
 /// A word for a message: readable, and never long.
 pub(super) fn quote(word: &[u8]) -> String {
     let text: String = decode(&word[..word.len().min(40)]).chars().filter(|c| !c.is_control()).collect();
@@ -143,6 +155,13 @@ impl<'a> Warnings<'a> {
             self.report.warn(self.file, Some(line), message());
         } else if entry.count == LISTED + 1 {
             entry.first_hidden = line;
+        }
+    }
+
+    /// Notes what holds for the whole file, where it is seen first.
+    pub(super) fn once(&mut self, kind: &'static str, line: u32, message: impl FnOnce() -> String) {
+        if !self.seen.contains_key(kind) {
+            self.add(kind, line, message);
         }
     }
 

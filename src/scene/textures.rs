@@ -1,5 +1,6 @@
 //! Decoding texture files and filtering their mip chains, each once, in parallel.
 
+use super::find_file::{Finder, Found};
 use super::map_options::MapOptions;
 use super::material::TextureMap;
 use super::memory;
@@ -10,7 +11,7 @@ use super::texture::{Texture, TextureId, Wrap};
 use glam::Vec2;
 use image::{DynamicImage, ImageDecoder, ImageReader};
 use rayon::prelude::*;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Largest width and height, texels.
@@ -23,8 +24,8 @@ const UNKNOWN_MEMORY: u64 = 4 << 30;
 /// A texture that a material asks for.
 #[derive(Clone, Debug)]
 pub(super) struct Request {
-    /// File name as written in the MTL.
-    pub name: String,
+    /// Names that the file may have, in the order in which they are tried.
+    pub names: Vec<String>,
     /// The MTL file.
     pub file: PathBuf,
     /// Line of the statement.
@@ -36,11 +37,32 @@ pub(super) struct Request {
 }
 
 impl Request {
+    /// The name that messages say.
+    fn name(&self) -> &str {
+        self.names.last().map_or("", String::as_str)
+    }
+
+    /// Where the file is, and what is to be said of one that stands in for it.
+    fn find(&self, finder: &mut Finder) -> (Option<PathBuf>, Option<String>) {
+        match finder.texture(directory_of(&self.file), &self.names) {
+            Some(Found::Named(path)) => (Some(path), None),
+            Some(Found::OtherFormat(path)) => {
+                let message = format!("texture: there is no file {:?}: {} is used", self.name(), path.display());
+                (Some(path), Some(message))
+            }
+            None => (None, None),
+        }
+    }
+
     fn map(&self, texture: TextureId) -> TextureMap {
         let MapOptions { scale, offset, clamp, .. } = self.options;
         let wrap = if clamp { Wrap::Clamp } else { Wrap::Repeat };
         TextureMap { texture, scale: Vec2::from(scale), offset: Vec2::from(offset), wrap }
     }
+}
+
+fn directory_of(file: &Path) -> &Path {
+    file.parent().unwrap_or(Path::new(""))
 }
 
 /// A file, and all that is asked of it.
@@ -56,7 +78,7 @@ type Decoded = (Vec<Texture>, Vec<Option<usize>>);
 /// Decodes all `requests`; the answer has the texture of each, or `None` where it is missing or broken (one warning each
 /// file), or where the file has nothing to say in that role.
 pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Texture>, Vec<Option<TextureMap>>) {
-    let (jobs, places) = jobs(requests);
+    let (jobs, places) = jobs(requests, report);
     let mut textures = Vec::new();
     let mut ids: Vec<Vec<Option<TextureId>>> = Vec::new();
     for (result, job) in decode_jobs(&jobs).into_iter().zip(&jobs) {
@@ -79,14 +101,17 @@ pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Text
 }
 
 /// What is to be decoded, and for each request its job and the recipe there.
-fn jobs<'a>(requests: &'a [Request]) -> (Vec<Job<'a>>, Vec<(usize, usize)>) {
+fn jobs<'a>(requests: &'a [Request], report: &mut Report) -> (Vec<Job<'a>>, Vec<(usize, usize)>) {
     let mut jobs: Vec<Job<'a>> = Vec::new();
     let mut known: HashMap<PathBuf, usize> = HashMap::new();
+    let mut finder = Finder::default();
+    let mut noted = HashSet::new();
     let place = |request: &'a Request| {
-        let Request { name, file, .. } = request;
-        let directory = file.parent().unwrap_or(Path::new(""));
-        let path = find_file(directory, name);
-        let key = path.clone().unwrap_or_else(|| directory.join(name));
+        let (path, note) = request.find(&mut finder);
+        if let Some(message) = note.filter(|message| noted.insert(message.clone())) {
+            report.warn(&request.file, Some(request.line), message);
+        }
+        let key = path.clone().unwrap_or_else(|| directory_of(&request.file).join(request.name()));
         let index = *known.entry(key).or_insert_with(|| {
             jobs.push(Job { path, first: request, recipes: Vec::new() });
             jobs.len() - 1
@@ -128,39 +153,10 @@ fn fits(need: u64, there: u64) -> Result<(), String> {
     if need <= there { Ok(()) } else { Err(format!("it needs {needed} of memory and {left} are free")) }
 }
 
-/// A file named in an MTL or OBJ: as written, else with any case, else its last component beside the referring file.
-pub(super) fn find_file(directory: &Path, name: &str) -> Option<PathBuf> {
-    let name = name.replace('\\', "/");
-    let direct = directory.join(&name);
-    if direct.is_file() {
-        return Some(direct);
-    }
-    let last = name.rsplit('/').next().unwrap_or(&name);
-    find_any_case(directory, &name).or_else(|| find_any_case(directory, last))
-}
-
-fn find_any_case(directory: &Path, name: &str) -> Option<PathBuf> {
-    let mut found = directory.to_owned();
-    for part in name.split('/').filter(|p| !p.is_empty() && *p != ".") {
-        let exact = found.join(part);
-        if exact.exists() {
-            found = exact;
-            continue;
-        }
-        let listed = if found.as_os_str().is_empty() { Path::new(".") } else { &found };
-        let entry = std::fs::read_dir(listed)
-            .ok()?
-            .flatten()
-            .find(|entry| entry.file_name().to_string_lossy().to_lowercase() == part.to_lowercase())?;
-        found = found.join(entry.file_name());
-    }
-    found.is_file().then_some(found)
-}
-
 impl Job<'_> {
     /// The textures; `None` where `may_take` declines the memory, bytes, that they need.
     fn decode(&self, may_take: &dyn Fn(u64) -> Result<bool, String>) -> Result<Option<Decoded>, String> {
-        let Some(path) = &self.path else { return Err(format!("there is no file {:?}", self.first.name)) };
+        let Some(path) = &self.path else { return Err(format!("there is no file {:?}", self.first.name())) };
         let say = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
         let file_size = std::fs::metadata(path).map_err(|e| say(&e))?.len();
         // Opening may read the whole file.
@@ -193,7 +189,7 @@ mod tests {
     use crate::scene::map_options::Channel;
 
     fn request(name: &str, role: Role, options: MapOptions) -> Request {
-        Request { name: name.into(), file: "a.mtl".into(), line: 1, role, options }
+        Request { names: vec![name.into()], file: "a.mtl".into(), line: 1, role, options }
     }
 
     #[test]

@@ -190,8 +190,7 @@ impl Drop for Tracked {
 }
 
 fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
-    let list =
-        candidates.iter().map(|c| format!("{}: {}", c.report.index, c.report.name)).collect::<Vec<_>>().join(", ");
+    let there_is = list(&candidates);
     let mut candidates = candidates;
     if let Some(wanted) = wanted {
         let matches = |c: &Candidate| match wanted.parse::<usize>() {
@@ -200,7 +199,7 @@ fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate>
         };
         candidates.retain(matches);
         if candidates.is_empty() {
-            return Err(Error::Usage(format!("no Vulkan device matches --device {wanted}; there are {list}")));
+            return Err(Error::Usage(format!("no Vulkan device matches --device {wanted}; {there_is}")));
         }
     }
     let lacks: Vec<String> = candidates
@@ -216,6 +215,13 @@ fn choose(candidates: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate>
             lacks.join("; ")
         ))
     })
+}
+
+/// The devices by what `--device` takes.
+fn list(candidates: &[Candidate]) -> String {
+    let verb = if candidates.len() == 1 { "is" } else { "are" };
+    let devices: Vec<String> = candidates.iter().map(|c| format!("{} = {}", c.report.index, c.report.name)).collect();
+    format!("there {verb}: {}", devices.join(", "))
 }
 
 fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32) -> Result<ash::Device> {

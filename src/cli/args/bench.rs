@@ -53,7 +53,7 @@ pub struct ConvergenceArgs {
     #[arg(long, value_name = "AXIS", value_parser = values::up_axis())]
     pub up: Option<UpAxis>,
     /// What errors are measured against, in its size: an image of `reference --filter point`, whole or with --pixels
-    #[arg(long, value_name = "REF.exr", required = true, value_parser = values::exr_path)]
+    #[arg(long, value_name = "REF.exr", required = true, value_parser = values::exr_path())]
     pub reference: PathBuf,
     /// CPU seconds of the engine, all threads together; the path tracer's error is followed for no longer
     #[arg(long, value_name = "SECONDS", allow_negative_numbers = true, default_value = "10", value_parser = values::seconds)]
@@ -68,7 +68,7 @@ pub struct ConvergenceArgs {
     #[arg(long)]
     pub json: bool,
     /// Plot of both errors over CPU time
-    #[arg(long, value_name = "PLOT.svg", value_parser = values::svg_path)]
+    #[arg(long, value_name = "PLOT.svg", value_parser = values::svg_path())]
     pub plot: Option<PathBuf>,
     /// Threads, seed and messages.
     #[command(flatten)]

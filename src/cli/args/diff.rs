@@ -9,16 +9,16 @@ use std::path::PathBuf;
 #[derive(Args, Debug)]
 pub struct DiffArgs {
     /// Image to judge: .exr (radiance) or .png (as displayed)
-    #[arg(value_name = "A", value_parser = values::image_path)]
+    #[arg(value_name = "A", value_parser = values::image_path())]
     pub image: PathBuf,
     /// Reference of the same kind and size; its `mask` channel says which pixels count
-    #[arg(value_name = "B", value_parser = values::image_path)]
+    #[arg(value_name = "B", value_parser = values::image_path())]
     pub reference: PathBuf,
     /// Count only pixels that are half white or brighter in this picture
-    #[arg(long, value_name = "FILE.png", value_parser = values::png_path)]
+    #[arg(long, value_name = "FILE.png", value_parser = values::png_path())]
     pub mask: Option<PathBuf>,
     /// Picture of the signed relative error: red too bright, blue too dark; white 0.1 %, full colour 100 %
-    #[arg(short = 'o', long = "output", value_name = "DIFF.png", value_parser = values::png_path)]
+    #[arg(short = 'o', long = "output", value_name = "DIFF.png", value_parser = values::png_path())]
     pub output: Option<PathBuf>,
     /// Print the measures as JSON
     #[arg(long)]

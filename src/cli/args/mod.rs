@@ -122,7 +122,7 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
     /// Frame log (CSV, a row a frame); a summary goes beside it as FRAMES.json
-    #[arg(long, value_name = "FRAMES.csv", value_parser = values::csv_path, help_heading = MESSAGES)]
+    #[arg(long, value_name = "FRAMES.csv", value_parser = values::csv_path(), help_heading = MESSAGES)]
     pub log: Option<PathBuf>,
     /// Reference image of the same view: adds error columns to the log
     #[arg(long, value_name = "REF.exr", requires = "log", help_heading = MESSAGES)]
@@ -154,7 +154,7 @@ pub struct SceneArgs {
 #[command(next_help_heading = "Output")]
 pub struct OutputArgs {
     /// File to write: .exr (linear, with layers) or .png (as displayed); may repeat
-    #[arg(short = 'o', long = "output", value_name = "OUT", required = true, value_parser = values::image_path)]
+    #[arg(short = 'o', long = "output", value_name = "OUT", required = true, value_parser = values::image_path())]
     pub paths: Vec<PathBuf>,
     /// Redraw the written image N times with sub-pixel offsets and average
     #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = 1,

@@ -15,7 +15,7 @@ pub struct ReferenceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// File to write (.exr, 32-bit float, with variance)
-    #[arg(short = 'o', long = "output", value_name = "REF.exr", value_parser = values::exr_path)]
+    #[arg(short = 'o', long = "output", value_name = "REF.exr", value_parser = values::exr_path())]
     pub output: PathBuf,
     /// Only light that arrives from the sources without a bounce
     #[arg(long)]
