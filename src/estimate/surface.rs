@@ -26,9 +26,7 @@ impl DiffusePoint {
     /// The point that `ray` has hit.
     #[must_use]
     pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
-        // From the barycentrics, not from t: the error follows the triangle's size, not the distance.
-        let [a, b, c] = scene.corners(hit.triangle);
-        let position = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+        let position = hit.position(scene, ray);
         let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
         let scale = position.abs().max_element().max(hit.t * ray.direction.length());
         Self {

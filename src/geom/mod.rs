@@ -4,7 +4,7 @@ pub mod bvh;
 mod sheets;
 pub mod watertight;
 
-use crate::scene::{FaceId, TriangleId};
+use crate::scene::{FaceId, Scene, TriangleId};
 use glam::Vec3;
 
 /// A ray segment: points origin + t·direction with t in (0, t_max).
@@ -34,6 +34,20 @@ pub struct Hit {
 }
 
 impl Hit {
+    /// Where `ray` was hit: by the barycentrics, whose error follows the triangle's size and not the distance, or by the distance
+    /// where the triangle's corners lie much farther away than that.
+    #[must_use]
+    #[inline]
+    pub fn position(&self, scene: &Scene, ray: &Ray) -> Vec3 {
+        const MUCH_FARTHER: f32 = 16.0;
+        let [a, b, c] = scene.corners(self.triangle);
+        let reach = ray.origin.abs().max((ray.direction * self.t).abs()).max_element();
+        if a.abs().max(b.abs()).max(c.abs()).max_element() > MUCH_FARTHER * reach {
+            return ray.origin + ray.direction * self.t;
+        }
+        a * (1.0 - self.u - self.v) + b * self.u + c * self.v
+    }
+
     /// The face that was hit.
     #[must_use]
     pub const fn face(&self) -> FaceId {

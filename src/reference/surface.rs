@@ -55,10 +55,8 @@ pub struct Bounce {
 impl Surface {
     /// The surface before [`Self::paint`].
     pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
-        // The point from the barycentrics, not from t: its error follows the triangle's size, not the distance.
-        let corners @ [a, b, c] = scene.corners(hit.triangle);
-        let point = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
-        let facet = unit_normal(corners) * if hit.back { -1.0 } else { 1.0 };
+        let point = hit.position(scene, ray);
+        let facet = unit_normal(scene.corners(hit.triangle)) * if hit.back { -1.0 } else { 1.0 };
         let material = scene.material(hit.triangle);
         let scale = point.abs().max_element().max(hit.t);
         Self {
