@@ -154,11 +154,15 @@ fn patch_areas(scene: &Scene, triangles: &[TriangleId], roots: &[u32]) -> Vec<f3
     (0..triangles.len() as u32).map(|k| sums[union.root(k) as usize]).collect()
 }
 
+/// Areas of patches count as alike within a part of a factor of two.
+const AREA_STEPS: f32 = 8.0;
+
 /// The faces from the one that all others cover to the one that is always seen.
 fn order(scene: &Scene, triangles: &[TriangleId], areas: &[f32]) -> Vec<FaceId> {
     let faces = |(&triangle, &area): (&TriangleId, &f32)| {
-        // Positive floats are in the order of their bits.
-        let key = |back| (scene.face_emits(FaceId::new(triangle, back)), !back, Reverse(area.to_bits()), triangle);
+        // Rounding does not tell which of two equal patches is the smaller.
+        let size = (area.log2() * AREA_STEPS).round() as i32;
+        let key = |back| (scene.face_emits(FaceId::new(triangle, back)), !back, Reverse(size), triangle);
         [false, true].map(|back| (key(back), FaceId::new(triangle, back)))
     };
     let mut ranked: Vec<_> = triangles.iter().zip(areas).flat_map(faces).collect();
