@@ -7,7 +7,7 @@ use by_hand::{both_sides, engine, light, material, patch, solve};
 use glam::{Vec2, Vec3};
 use penombre::geom::bvh::Bvh;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
-use penombre::scene::camera::{Camera, ImageSize, View};
+use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::light::LightKind;
 use penombre::scene::material::{MaterialId, TextureMap};
 use penombre::scene::texture::{Encoding, Texture, TextureId, Wrap};
@@ -59,9 +59,9 @@ fn floor() -> (Scene, Vec<TriangleId>) {
 /// Mean radiance of the floor seen from above beside the panel, by path tracing, with its standard error.
 fn traced(scene: &Scene) -> (f32, f32) {
     let (bvh, lights) = (Bvh::build(scene), Lights::new(scene));
-    let world = World::new(scene, &bvh, &lights, 5, scene.diagonal());
+    let world = World::new(scene, &bvh, &lights, 5, scene.scale());
     let camera = Camera { position: Vec3::new(1.4, 0.8, 0.0), look_at: Vec3::ZERO, up: Vec3::Y, vertical_fov: 30.0 };
-    let view = View::new(&camera, ImageSize { width: 16, height: 16 }, scene.diagonal());
+    let view = scene.view(&camera, ImageSize { width: 16, height: 16 });
     let settings = Settings { filter: Filter::Box, transport: Transport::Full, strategy: Strategy::Both };
     let mut accumulator = Accumulator::new(&view);
     for _ in 0..256 {

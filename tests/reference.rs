@@ -9,6 +9,7 @@ use glam::Vec3;
 use penombre::geom::bvh::Bvh;
 use penombre::reference::{Accumulator, Filter, ReferenceImage, Settings, Strategy, Transport, random_pixels};
 use penombre::scene::camera::{Camera, ImageSize};
+use penombre::scene::coplanar::Coplanar;
 use penombre::scene::light::LightKind;
 use penombre::scene::{Scene, load};
 use penombre::shade::lights::Lights;
@@ -257,6 +258,7 @@ fn both_sides_of_a_lamp_of_two_sheets_emit() {
     let mut triangles = patch(&mut scene, corner, Vec3::X * 0.4, Vec3::Z * 0.4, 1, lamp);
     triangles.extend(patch(&mut scene, corner, Vec3::Z * 0.4, Vec3::X * 0.4, 1, lamp));
     light(&mut scene, LightKind::Area { triangles });
+    scene.coplanar = Coplanar::find(&scene);
     let middle = Vec3::splat(0.5);
     let mut walls = Vec::new();
     for up in [1.0, -1.0] {
