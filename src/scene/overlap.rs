@@ -1,66 +1,69 @@
 //! Pairs of triangles that overlap in one plane.
 
 use super::{Scene, TriangleId};
-use glam::{DVec2, DVec3, Vec3};
+use crate::math::combine;
+use glam::{DVec2, DVec3, Vec2};
 use rayon::prelude::*;
-use rstar::primitives::{GeomWithData, Rectangle};
-use rstar::{AABB, RTree};
 use rustc_hash::FxHashMap;
-use smallvec::SmallVec;
 
 /// What rounding to f32 moves a sum of few coordinates by, against the largest of them.
 const ROUNDING: f64 = 1.0 / (1 << 22) as f64;
 /// Cosine of the angle between normals of one plane, at least: small triangles have normals as coarse as their corners.
-const PARALLEL: f32 = 0.99;
-/// Overlaps that one triangle is asked for: enough to find what belongs together, however many lie in one place.
-const MOST: usize = 64;
-
-/// Triangles in the box of one that are looked at, together: a fan of 200,000 around a corner would take quadratic time.
-const MOST_LOOKED_AT: usize = 1 << 24;
-/// The same for each, at least.
-const LEAST_LOOKED_AT: usize = 64;
-/// The same for each of the largest, on which many others lie.
-const LARGE_LOOKS_AT: usize = 1 << 15;
-/// These are one in so many.
-const LARGE_ONE_IN: usize = 1024;
-
-type Entry = GeomWithData<Rectangle<[f32; 3]>, u32>;
+const PARALLEL: f64 = 0.99;
+/// Cells of planes: in slope, and in offset against the scene's scale.
+const SLOPES: f64 = 1.0 / 64.0;
+const OFFSETS: f64 = 1.0 / 1024.0;
+/// Pairs of a cell whose boxes are compared, and of those that are tested exactly, for each triangle in it, at most: a fan of tens of
+/// thousands around a corner would take quadratic time. Floors of as many tiles, with something on them, take a tenth.
+const MOST_COMPARED: usize = 512;
+const MOST_TESTED: usize = 16;
 
 /// Pairs of triangles that overlap in one plane, exactly or as nearly as rounded coordinates do. Every triangle that does is in
 /// one, and those that do so with each other are connected by pairs.
 pub(super) fn overlapping(scene: &Scene) -> Vec<[TriangleId; 2]> {
     let (unique, mut pairs) = in_one_place(scene);
-    let triangles = (0..scene.triangles.len() as u32).into_par_iter().map(TriangleId);
-    let large = area_exceeded_by(scene, &unique, unique.len() / LARGE_ONE_IN);
-    let facets: Vec<(Vec3, f32)> =
-        triangles.map(|t| (scene.geometric_normal(t), scene.area_vector(t).length())).collect();
-    let most_near = |area: f32| {
-        let most = if area >= large { LARGE_LOOKS_AT } else { MOST_LOOKED_AT / unique.len() };
-        most.max(LEAST_LOOKED_AT)
+    let offset_cell = f64::from(scene.scale()) * OFFSETS;
+    let cells = |&id: &TriangleId| {
+        let flat = Flat::new(scene, id);
+        (0..3).flat_map(move |axis| flat.cells(axis, offset_cell)).map(move |cell| (cell, id)).collect::<Vec<_>>()
     };
-    let tree: RTree<Entry> = RTree::bulk_load(unique.par_iter().map(|&id| entry(scene, id)).collect());
-    let found = unique.par_iter().flat_map_iter(|&id| {
-        let here = Flat::new(scene, id);
-        let (normal, area) = facets[id.0 as usize];
-        // Each looks for larger ones: few are in its box, however many lie on a floor.
-        let may_overlap = |other: &TriangleId| {
-            let (its_normal, its_area) = facets[other.0 as usize];
-            (area, id) < (its_area, *other) && normal.dot(its_normal).abs() >= PARALLEL
-        };
-        let near = tree.locate_in_envelope_intersecting(envelope(scene, id)).take(most_near(area));
-        let candidates = near.map(|entry| TriangleId(entry.data)).filter(may_overlap);
-        let overlapping = candidates.filter(|&other| here.overlaps(&Flat::new(scene, other))).take(MOST);
-        overlapping.map(|other| [id, other]).collect::<SmallVec<[_; 4]>>()
-    });
-    pairs.extend(found.collect::<Vec<_>>());
+    let mut in_cells: Vec<(u64, TriangleId)> = unique.par_iter().flat_map_iter(cells).collect();
+    in_cells.par_sort_unstable();
+    let shared: Vec<&[(u64, TriangleId)]> =
+        in_cells.chunk_by(|a, b| a.0 == b.0).filter(|cell| cell.len() > 1).collect();
+    let found: Vec<_> = shared.par_iter().flat_map_iter(|cell| overlapping_in(scene, cell)).collect();
+    pairs.extend(found);
     pairs
 }
 
-/// The area vector's length of the triangle that so many exceed.
-fn area_exceeded_by(scene: &Scene, triangles: &[TriangleId], count: usize) -> f32 {
-    let mut areas: Vec<f32> = triangles.iter().map(|&t| scene.area_vector(t).length()).collect();
-    let place = areas.len().saturating_sub(count + 1);
-    if areas.is_empty() { 0.0 } else { *areas.select_nth_unstable_by(place, f32::total_cmp).1 }
+/// Those of one cell: swept along an axis.
+fn overlapping_in(scene: &Scene, cell: &[(u64, TriangleId)]) -> Vec<[TriangleId; 2]> {
+    let first = Flat::new(scene, cell[0].1);
+    let axis = first.normal.abs().max_position();
+    let mut boxes: Vec<(Vec2, Vec2, TriangleId)> = cell.iter().map(|&(_, id)| bounds_across(scene, id, axis)).collect();
+    boxes.sort_unstable_by(|a, b| a.0.x.total_cmp(&b.0.x));
+    let mut found = Vec::new();
+    let (mut compared, mut tested) = (boxes.len() * MOST_COMPARED, boxes.len() * MOST_TESTED);
+    for (k, &(_, hi, id)) in boxes.iter().enumerate() {
+        let beside = boxes[k + 1..].iter().take_while(|other| other.0.x <= hi.x).take(compared);
+        let lo_y = boxes[k].0.y;
+        let near = beside.inspect(|_| compared -= 1).filter(|other| other.0.y <= hi.y && other.1.y >= lo_y);
+        let pairs = near.map(|other| [id, other.2]).take(tested).inspect(|_| tested -= 1);
+        found.extend(pairs.filter(|&[a, b]| overlap(scene, a, b)));
+    }
+    found
+}
+
+/// Bounds of a triangle along the two other axes.
+fn bounds_across(scene: &Scene, id: TriangleId, axis: usize) -> (Vec2, Vec2, TriangleId) {
+    let [a, b, c] = scene.corners(id).map(|p| Vec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3]));
+    (a.min(b).min(c), a.max(b).max(c), id)
+}
+
+/// Whether the smaller of two triangles lies in the plane of the other and overlaps it.
+fn overlap(scene: &Scene, a: TriangleId, b: TriangleId) -> bool {
+    let [a, b] = [a, b].map(|id| Flat::new(scene, id));
+    if a.area < b.area { a.overlaps(&b) } else { b.overlaps(&a) }
 }
 
 /// Triangles, one a place, and the others in its place with it.
@@ -80,20 +83,13 @@ fn in_one_place(scene: &Scene) -> (Vec<TriangleId>, Vec<[TriangleId; 2]>) {
     (unique, pairs)
 }
 
-fn envelope(scene: &Scene, id: TriangleId) -> AABB<[f32; 3]> {
-    let [a, b, c] = scene.corners(id);
-    AABB::from_corners(a.min(b).min(c).to_array(), a.max(b).max(c).to_array())
-}
-
-fn entry(scene: &Scene, id: TriangleId) -> Entry {
-    GeomWithData::new(Rectangle::from_aabb(envelope(scene, id)), id.0)
-}
-
 /// A triangle as an element of a plane.
+#[derive(Clone, Copy)]
 struct Flat {
     corners: [DVec3; 3],
-    /// Unit normal.
+    /// Unit normal, and twice the area.
     normal: DVec3,
+    area: f64,
     /// Largest coordinates.
     size: DVec3,
 }
@@ -101,12 +97,46 @@ struct Flat {
 impl Flat {
     fn new(scene: &Scene, id: TriangleId) -> Self {
         let corners @ [a, b, c] = scene.corners(id).map(|p| p.as_dvec3());
-        let normal = (b - a).cross(c - a).normalize_or_zero();
-        Self { corners, normal, size: a.abs().max(b.abs()).max(c.abs()) }
+        let cross = (b - a).cross(c - a);
+        let area = cross.length();
+        Self { corners, normal: cross / area, area, size: a.abs().max(b.abs()).max(c.abs()) }
+    }
+
+    /// Cells of the planes, as p_k + s p_i + t p_j = offset with the axis k, that this may be one of: none unless the normal is
+    /// nearly longest along it. Two triangles of one plane share a cell, whatever rounding has done to them, unless one is so thin that
+    /// its slope is anything.
+    fn cells(self, axis: usize, offset_cell: f64) -> impl Iterator<Item = u64> {
+        /// An axis counts as the longest within that.
+        const NEARLY: f64 = 0.99;
+        let [k, i, j] = [axis, (axis + 1) % 3, (axis + 2) % 3];
+        let is_longest = self.normal[k].abs() >= NEARLY * self.normal.abs().max_element();
+        let [s, t] = [i, j].map(|other| self.normal[other] / self.normal[k]);
+        let [a, b, c] = self.corners;
+        let middle = (a + b + c) / 3.0;
+        let longest = (b - a).length().max((c - b).length()).max((a - c).length());
+        // Rounding of corners against the height of the triangle.
+        let slope = self.size.max_element() * ROUNDING * longest / self.area;
+        let offset = slope * (middle[i].abs() + middle[j].abs()) + self.size.element_sum() * ROUNDING;
+        let range = |x: f64, by: f64, cell: f64| {
+            // Cells lie about 0, where most slopes are; never more than two.
+            let by = by.min(cell * 0.5);
+            let [low, high] = [x - by, x + by].map(|x| (x / cell).round() as i64);
+            low..=high
+        };
+        let places = range(s, slope, SLOPES).flat_map(move |s| range(t, slope, SLOPES).map(move |t| (s, t)));
+        let value = middle[k] + s * middle[i] + t * middle[j];
+        let cells = places.flat_map(move |(s, t)| range(value, offset, offset_cell).map(move |at| (s, t, at)));
+        let name = move |(s, t, at): (i64, i64, i64)| {
+            [s, t, at].into_iter().fold(axis as u64, |name, part| combine(name, part as u64))
+        };
+        cells.filter(move |_| is_longest).map(name)
     }
 
     /// Whether it overlaps a larger one, in whose plane it lies.
     fn overlaps(&self, large: &Self) -> bool {
+        if self.normal.dot(large.normal).abs() < PARALLEL {
+            return false;
+        }
         let size = large.size.max(self.size) * ROUNDING;
         let off = |p: &DVec3| (*p - large.corners[0]).dot(large.normal).abs();
         let within = large.normal.abs().dot(size);
@@ -131,6 +161,7 @@ fn overlap_in_plane(a: &Flat, b: &Flat, margin: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
     fn pairs(triangles: &[[Vec3; 3]]) -> Vec<[u32; 2]> {
         let mut scene = Scene::default();
         for corners in triangles {
