@@ -14,12 +14,12 @@ const PARALLEL: f64 = 0.99;
 const SLOPES: f64 = 1.0 / 64.0;
 const OFFSETS: f64 = 1.0 / 1024.0;
 /// Pairs of a cell whose boxes are compared, and of those that are tested exactly, for each triangle in it, at most: a fan of tens of
-/// thousands around a corner would take quadratic time. Floors of as many tiles, with something on them, take a tenth.
+/// thousands around a corner would take quadratic time. A tile of a floor touches about a dozen others, each pair of which is one test.
 const MOST_COMPARED: usize = 512;
 const MOST_TESTED: usize = 16;
 
 /// Pairs of triangles that overlap in one plane, exactly or as nearly as rounded coordinates do. Every triangle that does is in
-/// one, and those that do so with each other are connected by pairs.
+/// one, and those that do so with each other are connected by pairs, unless tens of thousands crowd in one place.
 pub(super) fn overlapping(scene: &Scene) -> Vec<[TriangleId; 2]> {
     let (unique, mut pairs) = in_one_place(scene);
     let offset_cell = f64::from(scene.scale()) * OFFSETS;
