@@ -8,18 +8,18 @@ use super::direct::weigh;
 use super::dynamic::{Cache, SlotId};
 use super::vertex::VertexId;
 use crate::estimate::visibility::{AreaSum, Origin, REMEMBERED, Visibility};
-use crate::shade::world::World;
+use crate::light::context::SceneContext;
 use smallvec::SmallVec;
 
-/// Weighs what is known of a light mesh at all vertices by what its sources count times now.
-pub fn remix(world: &World<'_>, cache: &mut Cache, light: usize) {
+/// Weighs what is known of a light group at all vertices by what its sources count times now.
+pub fn reweight(context: &SceneContext<'_>, cache: &mut Cache, light: usize) {
     for vertex in (0..cache.vertices.end()).map(VertexId) {
         let known = cache.layers[light].visibility.get(vertex.0);
         if known.origin != Origin::Sampled {
             continue;
         }
         let sums = if known.points <= REMEMBERED {
-            sums_anew(world, cache, (vertex, light), known)
+            sums_anew(context, cache, (vertex, light), known)
         } else {
             none(cache, vertex)
         };
@@ -40,11 +40,11 @@ fn none(cache: &Cache, vertex: VertexId) -> Sums {
 }
 
 /// The sums over remembered points.
-fn sums_anew(world: &World<'_>, cache: &Cache, (vertex, light): (VertexId, usize), known: Visibility) -> Sums {
+fn sums_anew(context: &SceneContext<'_>, cache: &Cache, (vertex, light): (VertexId, usize), known: Visibility) -> Sums {
     let mut sums = none(cache, vertex);
-    let points = world.points(&cache.vertices[vertex.0].site(), light);
+    let points = context.points(&cache.vertices[vertex.0].shading_point(), light);
     for (index, visible) in known.remembered() {
-        if let Some(arrival) = points.sample(world.scene, index) {
+        if let Some(arrival) = points.sample(context.scene, index) {
             weigh(cache, &arrival, visible, &mut sums);
         }
     }

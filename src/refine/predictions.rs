@@ -13,12 +13,12 @@ const ALIKE: u64 = 2;
 
 impl Engine {
     /// Takes the visible base vertices that are not yet in the order into it.
-    pub(super) fn place_above(&mut self) {
+    pub(super) fn place_in_coarse_levels(&mut self) {
         let mut slots = Vec::new();
         self.base = self.corners_of_all(&self.roots);
         for &vertex in &self.base {
             if self.cache.slots_of(vertex).any(|slot| self.cache.slots[slot.0].is_unplaced()) {
-                self.cache.place_above(vertex);
+                self.cache.place_in_coarse_levels(vertex);
                 slots.extend(self.cache.slots_of(vertex));
             }
         }
@@ -31,9 +31,9 @@ impl Engine {
     }
 
     /// Adds up what rests on the vertices that predict others.
-    pub(super) fn spread_reach(&mut self) {
+    pub(super) fn spread_importance(&mut self) {
         for vertex in std::mem::take(&mut self.predicting) {
-            self.cache.vertices[vertex.0].reach_below = 0.0;
+            self.cache.vertices[vertex.0].importance_below = 0.0;
         }
         let mut parents: Vec<(VertexId, f32)> = Vec::new();
         // Finest first: what rests on a vertex rests on those that predict it.
@@ -42,13 +42,13 @@ impl Engine {
             let of = self.cache.parents_of(vertex);
             parents.extend(of.map(|(slot, weight)| (self.cache.slots[slot.0].vertex, weight.abs())));
             let record = &self.cache.vertices[vertex.0];
-            let reach = record.reach + record.reach_below;
+            let importance = record.importance + record.importance_below;
             for &(parent, weight) in &parents {
-                let below = &mut self.cache.vertices[parent.0].reach_below;
+                let below = &mut self.cache.vertices[parent.0].importance_below;
                 if *below == 0.0 {
                     self.predicting.push(parent);
                 }
-                *below += weight * reach;
+                *below += weight * importance;
             }
         }
     }
@@ -67,7 +67,7 @@ impl Engine {
     /// Brings predictions up to date if any waits for that.
     pub(super) fn refresh_waiting_predictions(&mut self) {
         if self.cache.waiting_predictions() > 0 {
-            self.spread_reach();
+            self.spread_importance();
             self.refresh_predictions();
         }
     }

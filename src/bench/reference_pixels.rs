@@ -6,7 +6,7 @@ use glam::Vec3;
 
 /// A reference with the pixels that count.
 #[derive(Clone, Debug)]
-pub struct Truth {
+pub struct ReferencePixels {
     image: RgbImage,
     counts: Vec<bool>,
     /// Mean over the pixels and channels that count.
@@ -25,7 +25,7 @@ pub struct Error {
     pub rmse_over_mean: f64,
 }
 
-impl Truth {
+impl ReferencePixels {
     /// Measures against the pixels of a reference that count; `None` where none is left, or all are black.
     #[must_use]
     pub fn new(image: RgbImage) -> Option<Self> {
@@ -33,8 +33,8 @@ impl Truth {
         let metrics = compare(&image.rgb, &image.rgb, Some(&counts), Epsilon::default())?;
         let mean = metrics.reference_mean;
         let epsilon = Epsilon::Absolute(Epsilon::default().resolve(mean) as f32);
-        let truth = Self { image, counts, mean, epsilon, noise: (0.0, 0.0) };
-        (mean > 0.0).then(|| truth.with_noise())
+        let reference_pixels = Self { image, counts, mean, epsilon, noise: (0.0, 0.0) };
+        (mean > 0.0).then(|| reference_pixels.with_noise())
     }
 
     fn with_noise(mut self) -> Self {
@@ -103,36 +103,36 @@ mod tests {
     use super::*;
     use crate::scene::camera::ImageSize;
 
-    fn truth() -> Truth {
+    fn reference_pixels() -> ReferencePixels {
         let size = ImageSize { width: 3, height: 1 };
         let rgb = vec![Vec3::ONE, Vec3::splat(3.0), Vec3::splat(50.0)];
         let variance = Some(vec![Vec3::splat(0.04), Vec3::splat(0.12), Vec3::ONE]);
         let image = RgbImage { size, rgb, variance, mask: Some(vec![true, true, false]), sampled: None };
-        Truth::new(image).expect("pixels")
+        ReferencePixels::new(image).expect("pixels")
     }
 
     #[test]
     fn the_noise_of_the_reference_is_taken_off() {
-        let truth = truth();
+        let reference_pixels = reference_pixels();
         // Mean 2, ε 0.04.
-        assert_eq!((truth.counted(), truth.mean), (2, 2.0));
-        assert!((truth.own_relmse() - (0.04 / 1.04 + 0.12 / 9.04) / 2.0).abs() < 1e-8);
-        let error = truth.error(&[Vec3::splat(2.0), Vec3::splat(3.0), Vec3::ZERO]).expect("pixels");
+        assert_eq!((reference_pixels.counted(), reference_pixels.mean), (2, 2.0));
+        assert!((reference_pixels.own_relmse() - (0.04 / 1.04 + 0.12 / 9.04) / 2.0).abs() < 1e-8);
+        let error = reference_pixels.error(&[Vec3::splat(2.0), Vec3::splat(3.0), Vec3::ZERO]).expect("pixels");
         assert!((error.relmse - ((1.0 - 0.04) / 1.04 - 0.12 / 9.04) / 2.0).abs() < 1e-8, "{error:?}");
         assert!((error.rmse_over_mean - (0.5_f64 - 0.08).sqrt() / 2.0).abs() < 1e-8, "{error:?}");
-        let same = truth.error(&truth.image.rgb).expect("pixels");
-        assert_eq!((same.relmse, same.rmse_over_mean), (-truth.own_relmse(), 0.0));
+        let same = reference_pixels.error(&reference_pixels.image.rgb).expect("pixels");
+        assert_eq!((same.relmse, same.rmse_over_mean), (-reference_pixels.own_relmse(), 0.0));
     }
 
     #[test]
     fn a_part_is_related_to_the_whole_mean() {
-        let truth = truth();
-        assert_eq!(truth.counted_among(&[0, 1, 2]), [0, 1]);
-        let part = truth.of(&[0, 2]);
+        let reference_pixels = reference_pixels();
+        assert_eq!(reference_pixels.counted_among(&[0, 1, 2]), [0, 1]);
+        let part = reference_pixels.of(&[0, 2]);
         assert_eq!((part.counted(), part.mean), (1, 2.0));
         let error = part.error(&[Vec3::splat(2.0), Vec3::ZERO, Vec3::ZERO]).expect("pixels");
         assert!((error.relmse - (1.0 - 0.04) / 1.04).abs() < 1e-7, "{error:?}");
-        let black = RgbImage { rgb: vec![Vec3::ZERO; 3], ..truth.image };
-        assert!(Truth::new(black).is_none());
+        let black = RgbImage { rgb: vec![Vec3::ZERO; 3], ..reference_pixels.image };
+        assert!(ReferencePixels::new(black).is_none());
     }
 }

@@ -1,4 +1,4 @@
-//! What the lights of one mesh send: a single source, or a group of small ones whose visible fraction is sampled together.
+//! What the lights of one group send: a single source, or a group of small ones whose visible fraction is sampled together.
 //!
 //! What a group sends without occlusion is the exact sum over its members; only the fraction of it that is visible is shared:
 //! E = E_closed × (Σ v g / Σ g) over points of its members, g the unoccluded contribution of a point, as for one area light
@@ -6,33 +6,33 @@
 //! penumbrae of single members, none where those are points.
 
 use super::area_sampler::Sampler;
+use super::bounds::LightBounds;
 use super::lights::{Arrival, Source, delta_arrival};
-use super::reach::Reach;
 use crate::math::sequence::Sequence;
 use crate::scene::Scene;
 use crate::scene::light::LightKind;
 use glam::Vec3;
 
-/// The sources that share a light mesh.
+/// The sources that share a light group.
 #[derive(Clone, Copy, Debug)]
-pub enum Emitter<'a> {
+pub enum LightGroup<'a> {
     /// One source.
     Single(&'a Source),
     /// Several small ones near each other.
-    Group(Members<'a>),
+    Shared(Members<'a>),
 }
 
 /// A group with its sources.
 #[derive(Clone, Copy, Debug)]
 pub struct Members<'a> {
-    pub(super) group: &'a Group,
+    pub(super) group: &'a SharedGroup,
     /// All sources of the scene.
     pub(super) sources: &'a [Source],
 }
 
 /// Small sources near each other.
 #[derive(Clone, Debug)]
-pub struct Group {
+pub struct SharedGroup {
     /// Indices of the sources, ascending.
     members: Vec<u32>,
     /// What each counts times beside the others.
@@ -43,7 +43,7 @@ pub struct Group {
     centre: Vec3,
     radius: f32,
     /// What they send at most, from outside of it, with the members' factors.
-    reach: Reach,
+    bounds: LightBounds,
 }
 
 /// Distance in radii from which a group's bound is that of all its power in its sphere.
@@ -51,7 +51,7 @@ const FAR: f32 = 4.0;
 /// What a member that is off counts as in a group's strength: 0 is for lights that do not reach a place at all.
 const OFF: f32 = 1e-6;
 
-impl Group {
+impl SharedGroup {
     pub(super) fn new(sources: &[Source], members: Vec<u32>) -> Self {
         let spheres = || members.iter().filter_map(|&m| sphere(&sources[m as usize]));
         let lo = spheres().map(|(c, r)| c - r).fold(Vec3::INFINITY, Vec3::min);
@@ -59,7 +59,7 @@ impl Group {
         let centre = (lo + hi) * 0.5;
         let radius = spheres().map(|(c, r)| c.distance(centre) + r).fold(0.0, f32::max);
         let factors = vec![Vec3::ONE; members.len()];
-        let mut group = Self { members, factors, common: Vec3::ONE, centre, radius, reach: Reach::default() };
+        let mut group = Self { members, factors, common: Vec3::ONE, centre, radius, bounds: LightBounds::default() };
         group.measure_reach(sources);
         group
     }
@@ -67,7 +67,7 @@ impl Group {
     fn measure_reach(&mut self, sources: &[Source]) {
         let members = self.members.iter().zip(&self.factors);
         let strengths = members.map(|(&m, factor)| strength(&sources[m as usize]) * factor.max_element());
-        self.reach = Reach::of_sphere(self.centre, self.radius, strengths.sum());
+        self.bounds = LightBounds::of_sphere(self.centre, self.radius, strengths.sum());
     }
 
     /// Indices of its sources.
@@ -115,15 +115,15 @@ pub(super) fn sphere(source: &Source) -> Option<(Vec3, f32)> {
 
 /// Upper bound of the luminance of a source's irradiance × squared distance.
 fn strength(source: &Source) -> f32 {
-    source.reach().map_or(0.0, |reach| reach.strength())
+    source.bounds().map_or(0.0, |bounds| bounds.strength())
 }
 
-impl<'a> Emitter<'a> {
+impl<'a> LightGroup<'a> {
     /// The sources with what each counts times beside the others.
     pub fn sources(self) -> impl Iterator<Item = (&'a Source, Vec3)> {
         let (single, group) = match self {
             Self::Single(source) => (Some((source, Vec3::ONE)), None),
-            Self::Group(members) => (None, Some(members.sources())),
+            Self::Shared(members) => (None, Some(members.sources())),
         };
         single.into_iter().chain(group.into_iter().flatten())
     }
@@ -134,23 +134,23 @@ impl<'a> Emitter<'a> {
     pub fn bound(self, x: Vec3, normal: Vec3) -> f32 {
         match self {
             Self::Single(source) => source.bound(x, normal),
-            Self::Group(members) => members.bound(x, normal),
+            Self::Shared(members) => members.bound(x, normal),
         }
     }
 
     /// What gives the same bound at places that are not [near](Self::is_near); `None` if nothing does anywhere.
-    pub(super) fn reach(self) -> Option<Reach> {
+    pub(super) fn bounds(self) -> Option<LightBounds> {
         match self {
-            Self::Single(source) => source.reach(),
-            Self::Group(members) => Some(members.group.reach),
+            Self::Single(source) => source.bounds(),
+            Self::Shared(members) => Some(members.group.bounds),
         }
     }
 
     /// Whether only [`Self::bound`] itself tells the bound at `x`: that of a group is the sum over its members there.
     pub(super) fn is_near(self, x: Vec3) -> bool {
         match self {
-            Self::Single(source) => source.reach().is_none(),
-            Self::Group(members) => members.is_near(x),
+            Self::Single(source) => source.bounds().is_none(),
+            Self::Shared(members) => members.is_near(x),
         }
     }
 
@@ -160,7 +160,7 @@ impl<'a> Emitter<'a> {
     pub fn strength(self, x: Vec3, normal: Vec3) -> f32 {
         match self {
             Self::Single(source) => source.strength(x, normal),
-            Self::Group(members) => members.strength(x, normal),
+            Self::Shared(members) => members.strength(x, normal),
         }
     }
 
@@ -176,7 +176,7 @@ impl<'a> Emitter<'a> {
         match self {
             Self::Single(Source::Area(area)) => area.has_closed_form(),
             // Others are not grouped.
-            Self::Single(Source::Delta(_)) | Self::Group(_) => true,
+            Self::Single(Source::Delta(_)) | Self::Shared(_) => true,
         }
     }
 
@@ -185,7 +185,7 @@ impl<'a> Emitter<'a> {
     pub fn count(self) -> u32 {
         match self {
             Self::Single(_) => 1,
-            Self::Group(members) => members.group.members.len() as u32,
+            Self::Shared(members) => members.group.members.len() as u32,
         }
     }
 
@@ -195,7 +195,7 @@ impl<'a> Emitter<'a> {
         let is_delta = match self {
             Self::Single(source) => matches!(source, Source::Delta(_)),
             // Members are of one kind.
-            Self::Group(members) => matches!(members.sources[members.source(0)], Source::Delta(_)),
+            Self::Shared(members) => matches!(members.sources[members.source(0)], Source::Delta(_)),
         };
         is_delta.then(|| self.count())
     }
@@ -203,12 +203,12 @@ impl<'a> Emitter<'a> {
     /// Points as seen from `x`, chosen by a sequence.
     #[must_use]
     pub fn points(self, x: Vec3, sequence: Sequence) -> Points<'a> {
-        let seen = match self {
-            Self::Single(Source::Delta(kind)) => Seen::Delta(delta_arrival(kind, x)),
-            Self::Single(Source::Area(area)) => Seen::Area(area.at(x)),
-            Self::Group(members) => Seen::Group(Turns::new(members, x, &sequence)),
+        let source = match self {
+            Self::Single(Source::Delta(kind)) => PointSource::Delta(delta_arrival(kind, x)),
+            Self::Single(Source::Area(area)) => PointSource::Area(area.at(x)),
+            Self::Shared(members) => PointSource::Shared(Turns::new(members, x, &sequence)),
         };
-        Points { sequence, seen }
+        Points { sequence, source }
     }
 }
 
@@ -227,7 +227,7 @@ impl<'a> Members<'a> {
         if self.highest(x, normal) < 0.0 {
             return 0.0;
         }
-        if self.is_near(x) { self.bounds(x, normal).sum() } else { self.group.reach.bound(x, normal) }
+        if self.is_near(x) { self.bounds(x, normal).sum() } else { self.group.bounds.bound(x, normal) }
     }
 
     fn is_near(self, x: Vec3) -> bool {
@@ -252,34 +252,34 @@ impl<'a> Members<'a> {
     }
 }
 
-/// Points of the sources of a mesh as seen from one place.
+/// Points of the sources of a group as seen from one place.
 #[derive(Clone, Debug)]
 pub struct Points<'a> {
     sequence: Sequence,
-    seen: Seen<'a>,
+    source: PointSource<'a>,
 }
 
 #[derive(Clone, Debug)]
 #[allow(clippy::large_enum_variant, reason = "one at a time on the stack, in the inner loop")]
-enum Seen<'a> {
+enum PointSource<'a> {
     /// A single direction, if light comes from there.
     Delta(Option<Arrival>),
     Area(Sampler<'a>),
-    Group(Turns<'a>),
+    Shared(Turns<'a>),
 }
 
 impl Points<'_> {
-    /// The light that arrives from the point of an index, as if the whole mesh were there; `None` where none does. The mean of
+    /// The light that arrives from the point of an index, as if the whole group were there; `None` where none does. The mean of
     /// `facing · max(0, n·direction)` over points is the unoccluded irradiance.
     #[must_use]
     pub fn sample(&self, scene: &Scene, index: u32) -> Option<Arrival> {
-        match &self.seen {
-            Seen::Delta(arrival) => *arrival,
-            Seen::Area(sampler) => {
+        match &self.source {
+            PointSource::Delta(arrival) => *arrival,
+            PointSource::Area(sampler) => {
                 let [u, v, ..] = self.sequence.point(index);
                 sampler.sample(scene, [u, v])
             }
-            Seen::Group(turns) => turns.sample(scene, &self.sequence, index),
+            PointSource::Shared(turns) => turns.sample(scene, &self.sequence, index),
         }
     }
 }

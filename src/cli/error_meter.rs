@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 const FLIP_PAUSE: u32 = 20;
 
 /// A reference image, as radiance and as displayed.
-pub struct Yardstick {
+pub struct ErrorMeter {
     image: RgbImage,
     /// Which pixels count; `None` if all do.
     counted: Option<Vec<bool>>,
@@ -23,7 +23,7 @@ pub struct Yardstick {
     flip_due: Option<Instant>,
 }
 
-impl Yardstick {
+impl ErrorMeter {
     /// Measures against `image`, displayed as the run's pictures are.
     #[must_use]
     pub fn new(image: RgbImage, display: Display) -> Self {

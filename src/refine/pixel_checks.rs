@@ -1,53 +1,53 @@
-//! Audits: a leaf whose corners agree is taken at their word until each of its pixels has been asked. What corners and middles
+//! PixelChecks: a leaf whose corners agree is taken at their word until each of its pixels has been asked. What corners and middles
 //! do not show, shadows of a pixel or two, is found here; in the end every pixel has been looked at.
 
 use super::engine::Engine;
-use super::hidden::HiddenShadows;
+use super::error_model::ErrorModel;
 use super::image_error::LeafError;
+use super::miss_rate::MissRate;
 use super::options::Priority;
-use super::priority::Judge;
 use super::queue::Queue;
 use crate::cache::dynamic::Cache;
-use crate::cache::middle::{self, Surprise};
 use crate::cache::pixels::{pixels_of, weights_inside};
 use crate::cache::topology::NodeId;
+use crate::cache::visibility_probe::{self, Mismatch};
+use crate::light::context::SceneContext;
 use crate::scene::camera::View;
-use crate::shade::world::World;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 /// Rays that asking a pixel costs, roughly: those to the lights, and what goes with them.
 const RAYS_A_PIXEL: f32 = 6.0;
-/// Square error of a leaf, relative to what it shows, before any was audited, and how many leaves that counts for: so much and so
-/// few that some are audited early to find out.
+/// Square error of a leaf, relative to what it shows, before any was checked, and how many leaves that counts for: so much and so
+/// few that some are checked early to find out.
 const PRIOR: [f64; 2] = [1e-2, 8.0];
-/// What audits find is mostly shadow: dark pixels shown bright, whose error is this many times as large on a display, where dark
+/// What checks find is mostly shadow: dark pixels shown bright, whose error is this many times as large on a display, where dark
 /// tones lie apart, as its square beside what a leaf shows.
 const SHADOWS_SHOW: f32 = 10.0;
-/// One ray in so many goes to audits, whatever they seem to be worth.
+/// One ray in so many goes to checks, whatever they seem to be worth.
 const SHARE: u64 = 12;
 /// Leaves of more pixels are split rather than asked.
 const MOST_PIXELS: f32 = 1024.0;
 
 /// A pixel that shows something else than the corners of its leaf say.
 #[derive(Clone, Copy, Debug)]
-struct Odd {
+struct PixelMismatch {
     /// Direction from the eye through it.
     ray: Vec3,
     /// Luminance of D by which it differs.
-    surprise: f32,
+    mismatch: f32,
 }
 
-type OddPixels = SmallVec<[Odd; 2]>;
+type PixelMismatches = SmallVec<[PixelMismatch; 2]>;
 
-/// What audits have found in the present view.
+/// What checks have found in the present view.
 #[derive(Debug)]
-pub struct Audits {
-    /// Odd pixels of leaves, until those are split.
-    odd: FxHashMap<NodeId, OddPixels>,
+pub struct PixelChecks {
+    /// PixelMismatch pixels of leaves, until those are split.
+    mismatches: FxHashMap<NodeId, PixelMismatches>,
     /// How likely a small leaf is to hide something.
-    odds: HiddenShadows,
+    odds: MissRate,
     /// Leaves that wait.
     queue: Queue<NodeId>,
     /// Rays traced, and about as many more as leaves that were taken will cost.
@@ -58,7 +58,7 @@ pub struct Audits {
 /// What the audit of one leaf found.
 #[derive(Default)]
 struct Found {
-    odd: OddPixels,
+    mismatches: PixelMismatches,
     pixels: u32,
     /// Lights of which the corners do not know the same, if any was left out for that.
     open: u32,
@@ -66,11 +66,11 @@ struct Found {
     more: bool,
 }
 
-impl Default for Audits {
+impl Default for PixelChecks {
     fn default() -> Self {
         Self {
-            odd: FxHashMap::default(),
-            odds: HiddenShadows::new(PRIOR[0], PRIOR[1]),
+            mismatches: FxHashMap::default(),
+            odds: MissRate::new(PRIOR[0], PRIOR[1]),
             queue: Queue::default(),
             rays: 0,
             promised: 0,
@@ -78,10 +78,10 @@ impl Default for Audits {
     }
 }
 
-impl Audits {
+impl PixelChecks {
     /// Forgets the pixels, not how likely they were to be odd.
     pub fn forget(&mut self) {
-        self.odd.clear();
+        self.mismatches.clear();
         self.queue.clear();
     }
 
@@ -91,7 +91,7 @@ impl Audits {
         self.queue.is_empty()
     }
 
-    /// Expected square error of a leaf that was not audited, relative to what it is judged by.
+    /// Expected square error of a leaf that was not checked, relative to what it is judged by.
     #[must_use]
     pub fn expected(&self) -> f32 {
         self.odds.expected()
@@ -105,25 +105,25 @@ impl Audits {
     }
 }
 
-impl Judge<'_> {
+impl ErrorModel<'_> {
     /// Key of asking the pixels of a leaf, if all that it shows were wrong.
-    fn audit_key(&self, id: NodeId) -> f32 {
+    fn check_key(&self, id: NodeId) -> f32 {
         let light = self.leaf(id);
         let work = &self.cache.topology.nodes[id.0].work;
         // What the first points of a light have not shown is a small part of it.
-        let part = if work.audited == self.generation { (1.0 + work.audits as f32).powi(-2) } else { 1.0 };
+        let part = if work.checked == self.generation { (1.0 + work.checks as f32).powi(-2) } else { 1.0 };
         let error = part * self.judged_by(&light) * self.display_gain(light.least);
         work.pixels * error / (1.0 + RAYS_A_PIXEL * work.pixels)
     }
 
     /// Whether a leaf is trusted though its pixels were not asked.
-    fn wants_audit(&self, id: NodeId) -> bool {
+    fn wants_check(&self, id: NodeId) -> bool {
         let node = &self.cache.topology.nodes[id.0];
         self.options.priority == Priority::Error
-            && self.audits
+            && self.checks
             && node.child.is_none()
             && node.work.generation == self.generation
-            && (node.work.audited != self.generation || node.work.audits > 0)
+            && (node.work.checked != self.generation || node.work.checks > 0)
             && node.work.pixels > 0.0
             && node.work.pixels <= self.options.shadow_pixels.min(MOST_PIXELS)
             && self.settled(id).is_none()
@@ -134,7 +134,7 @@ impl Judge<'_> {
     /// What a leaf adds to the image's error.
     pub(super) fn leaf_error(&self, id: NodeId) -> LeafError {
         let light = self.leaf(id);
-        let known = self.settled(id).is_some() || self.cache.topology.nodes[id.0].work.audited == self.generation;
+        let known = self.settled(id).is_some() || self.cache.topology.nodes[id.0].work.checked == self.generation;
         let unseen = if known { 0.0 } else { self.judged_by(&light) };
         LeafError { light: light.mean, error: light.interpolation + light.noise, unseen }
     }
@@ -142,42 +142,42 @@ impl Judge<'_> {
 
 impl Engine {
     /// Queues a leaf whose corners agree.
-    pub(super) fn enqueue_audit(&mut self, id: NodeId) {
-        let queued = self.cache.topology.nodes[id.0].work.audit_queued == self.generation;
-        if !queued && self.judge().wants_audit(id) {
-            let key = self.judge().audit_key(id);
-            self.cache.topology.nodes[id.0].work.audit_queued = if key > 0.0 { self.generation } else { 0 };
-            self.audits.queue.push(key, id, 0);
+    pub(super) fn enqueue_check(&mut self, id: NodeId) {
+        let queued = self.cache.topology.nodes[id.0].work.check_queued == self.generation;
+        if !queued && self.error_model().wants_check(id) {
+            let key = self.error_model().check_key(id);
+            self.cache.topology.nodes[id.0].work.check_queued = if key > 0.0 { self.generation } else { 0 };
+            self.checks.queue.push(key, id, 0);
         }
     }
 
     /// Queues those of the visible leaves anew whose corners have come to agree about lights that an audit left out.
-    pub(super) fn reopen_audits(&mut self) {
+    pub(super) fn reopen_checks(&mut self) {
         let knows_more = |id: &NodeId| {
             let work = &self.cache.topology.nodes[id.0].work;
-            let is_open = work.audited == self.generation && work.audit_open > 0;
-            is_open && middle::open_lights(&self.cache, *id) < work.audit_open
+            let is_open = work.checked == self.generation && work.check_open > 0;
+            is_open && visibility_probe::open_lights(&self.cache, *id) < work.check_open
         };
         let leaves: Vec<NodeId> = self.all_visible_leaves().into_iter().filter(knows_more).collect();
         for leaf in leaves {
-            self.cache.topology.nodes[leaf.0].work.audited = 0;
-            self.enqueue_audit(leaf);
+            self.cache.topology.nodes[leaf.0].work.checked = 0;
+            self.enqueue_check(leaf);
             let work = &mut self.cache.topology.nodes[leaf.0].work;
-            if work.audit_queued == self.generation {
-                work.audit_open = 0;
+            if work.check_queued == self.generation {
+                work.check_open = 0;
             } else {
-                work.audited = self.generation;
+                work.checked = self.generation;
             }
         }
     }
 
-    /// Takes a leaf to be audited, if one is worth more than the next task or it is time for one.
-    pub(super) fn next_audit(&mut self) -> Option<NodeId> {
-        while self.audits.are_due(self.queue.peek(), self.stats.rays) {
-            let Some(id) = self.audits.queue.pop().map(|entry| entry.task) else { break };
-            self.cache.topology.nodes[id.0].work.audit_queued = 0;
-            if self.judge().wants_audit(id) {
-                self.audits.promised += (RAYS_A_PIXEL * self.cache.topology.nodes[id.0].work.pixels) as u64;
+    /// Takes a leaf to be checked, if one is worth more than the next task or it is time for one.
+    pub(super) fn next_check(&mut self) -> Option<NodeId> {
+        while self.checks.are_due(self.queue.peek(), self.stats.rays) {
+            let Some(id) = self.checks.queue.pop().map(|entry| entry.task) else { break };
+            self.cache.topology.nodes[id.0].work.check_queued = 0;
+            if self.error_model().wants_check(id) {
+                self.checks.promised += (RAYS_A_PIXEL * self.cache.topology.nodes[id.0].work.pixels) as u64;
                 return Some(id);
             }
         }
@@ -185,94 +185,99 @@ impl Engine {
     }
 
     /// Asks the pixels of leaves whether these are as their corners say.
-    pub(super) fn audit(&mut self, nodes: &[NodeId]) {
+    pub(super) fn check_pixels(&mut self, nodes: &[NodeId]) {
         let Some(view) = self.view() else { return };
-        let (world, cache) = (self.world(), &self.cache);
+        let (context, cache) = (self.context(), &self.cache);
         let turn = |node: NodeId| {
             let work = &cache.topology.nodes[node.0].work;
-            if work.audited == self.generation { work.audits } else { 0 }
+            if work.checked == self.generation { work.checks } else { 0 }
         };
         let found = self.workers.map_chunks(nodes, |chunk| {
             let mut rays = 0;
             let found: Vec<Found> =
-                chunk.iter().map(|&node| ask(&world, cache, (&view, node), turn(node), &mut rays)).collect();
+                chunk.iter().map(|&node| ask(&context, cache, (&view, node), turn(node), &mut rays)).collect();
             (found, rays)
         });
         let rays: u64 = found.iter().map(|(_, rays)| rays).sum();
         self.stats.rays += rays;
-        (self.audits.rays, self.audits.promised) = (self.audits.rays + rays, 0);
+        (self.checks.rays, self.checks.promised) = (self.checks.rays + rays, 0);
         for (&node, found) in nodes.iter().zip(found.into_iter().flat_map(|(found, _)| found)) {
             if self.cache.topology.nodes[node.0].child.is_none() {
-                self.note_audit(node, found);
+                self.note_check(node, found);
             }
         }
     }
 
-    fn note_audit(&mut self, node: NodeId, found: Found) {
-        let judge = self.judge();
-        let (square, reflectance) = (judge.judged_by(&judge.leaf(node)), judge.diffuse_reflectance(node));
+    fn note_check(&mut self, node: NodeId, found: Found) {
+        let error_model = self.error_model();
+        let (square, reflectance) =
+            (error_model.judged_by(&error_model.leaf(node)), error_model.diffuse_reflectance(node));
         let work = &mut self.cache.topology.nodes[node.0].work;
-        let again = work.audited == self.generation;
-        work.audits = match (found.more, again) {
+        let again = work.checked == self.generation;
+        work.checks = match (found.more, again) {
             (false, _) => 0,
             (true, false) => 1,
-            (true, true) => work.audits + 1,
+            (true, true) => work.checks + 1,
         };
         if square > 0.0 && found.pixels > 0 && !again {
-            let error = |odd: &Odd| ((reflectance * odd.surprise).powi(2) / square).min(1.0);
-            let sum: f32 = found.odd.iter().map(error).sum();
-            self.audits.odds.note(sum / found.pixels as f32);
+            let error = |mismatches: &PixelMismatch| ((reflectance * mismatches.mismatch).powi(2) / square).min(1.0);
+            let sum: f32 = found.mismatches.iter().map(error).sum();
+            self.checks.odds.note(sum / found.pixels as f32);
         }
-        self.cache.topology.nodes[node.0].work.audited = self.generation;
-        self.note_odd(node, found.odd, found.open);
+        self.cache.topology.nodes[node.0].work.checked = self.generation;
+        self.note_mismatches(node, found.mismatches, found.open);
         self.account(node);
         self.enqueue_split(node);
     }
 
-    /// Notes odd pixels at a leaf. One of which `open` lights were left out tells its children nothing, and they are audited anew.
-    fn note_odd(&mut self, node: NodeId, odd: OddPixels, open: u32) {
-        let mut odd = odd;
-        odd.extend(self.audits.odd.remove(&node).into_iter().flatten());
+    /// Notes odd pixels at a leaf. One of which `open` lights were left out tells its children nothing, and they are checked anew.
+    fn note_mismatches(&mut self, node: NodeId, mismatches: PixelMismatches, open: u32) {
+        let mut mismatches = mismatches;
+        mismatches.extend(self.checks.mismatches.remove(&node).into_iter().flatten());
         let work = &mut self.cache.topology.nodes[node.0].work;
-        let most = odd.iter().map(|odd| odd.surprise).fold(0.0, f32::max);
-        (work.surprise, work.audit_open) = (Some(most), open);
-        work.surprise_share = (odd.len() as f32 / work.pixels.max(1.0)).min(1.0);
-        if !odd.is_empty() {
-            self.audits.odd.insert(node, odd);
+        let most = mismatches.iter().map(|mismatches| mismatches.mismatch).fold(0.0, f32::max);
+        (work.mismatch, work.check_open) = (Some(most), open);
+        work.mismatch_share = (mismatches.len() as f32 / work.pixels.max(1.0)).min(1.0);
+        if !mismatches.is_empty() {
+            self.checks.mismatches.insert(node, mismatches);
         }
     }
 
     /// Tells the children of a leaf that was split what its audit has found.
-    pub(super) fn hand_down_audit(&mut self, parent: NodeId, first: NodeId) {
-        let odd = self.audits.odd.remove(&parent).unwrap_or_default();
+    pub(super) fn hand_down_check(&mut self, parent: NodeId, first: NodeId) {
+        let mismatches = self.checks.mismatches.remove(&parent).unwrap_or_default();
         let work = self.cache.topology.nodes[parent.0].work;
-        if work.audited != self.generation || work.audit_open > 0 {
+        if work.checked != self.generation || work.check_open > 0 {
             return;
         }
         for child in (first.0..first.0 + 4).map(NodeId) {
             let corners = self.cache.corner_positions(child);
-            let inside = odd.iter().filter(|odd| weights_inside(corners, self.eye, odd.ray).is_some()).copied();
+            let inside = mismatches
+                .iter()
+                .filter(|mismatches| weights_inside(corners, self.eye, mismatches.ray).is_some())
+                .copied();
             let child_work = &mut self.cache.topology.nodes[child.0].work;
-            (child_work.audited, child_work.audits) = (self.generation, work.audits);
-            self.note_odd(child, inside.collect(), 0);
+            (child_work.checked, child_work.checks) = (self.generation, work.checks);
+            self.note_mismatches(child, inside.collect(), 0);
         }
     }
 }
 
 /// Asks the pixels of a leaf.
-fn ask(world: &World<'_>, cache: &Cache, (view, node): (&View, NodeId), turn: u32, rays: &mut u64) -> Found {
+fn ask(context: &SceneContext<'_>, cache: &Cache, (view, node): (&View, NodeId), turn: u32, rays: &mut u64) -> Found {
     let (mut found, mut is_open) = (Found::default(), false);
     for pixel in pixels_of(view, cache.corner_positions(node)).unwrap_or_default() {
-        let Surprise { luminance, open, more } = middle::surprise(world, cache, (node, pixel.weights), turn, rays);
+        let Mismatch { luminance, open, more } =
+            visibility_probe::mismatch(context, cache, (node, pixel.weights), turn, rays);
         found.pixels += 1;
         is_open |= open;
         found.more |= more;
         if luminance > 0.0 {
-            found.odd.push(Odd { ray: pixel.ray, surprise: luminance });
+            found.mismatches.push(PixelMismatch { ray: pixel.ray, mismatch: luminance });
         }
     }
     if is_open {
-        found.open = middle::open_lights(cache, node);
+        found.open = visibility_probe::open_lights(cache, node);
     }
     found
 }

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 /// A material of the scene, by its source.
 #[derive(Debug)]
 enum Slot {
-    /// Index into [`Stock::read`].
+    /// Index into [`MaterialLibrary::read`].
     Mtl(usize),
     /// The stand-in of a material that is nowhere defined, with its name.
     Grey(String),
@@ -22,7 +22,7 @@ enum Slot {
 
 /// All materials that were read, and those in use.
 #[derive(Debug, Default)]
-pub(super) struct Stock {
+pub(super) struct MaterialLibrary {
     /// Materials of all MTL files.
     read: Vec<MtlMaterial>,
     /// Range in `read` of each file.
@@ -38,7 +38,7 @@ pub(super) struct Stock {
 /// The materials that the libraries of one OBJ offer.
 #[derive(Debug, Default)]
 pub(super) struct Library {
-    /// Indices into [`Stock::read`] by name, with the comment after it and without.
+    /// Indices into [`MaterialLibrary::read`] by name, with the comment after it and without.
     by_name: HashMap<String, usize>,
 }
 
@@ -50,7 +50,7 @@ impl Library {
     }
 }
 
-impl Stock {
+impl MaterialLibrary {
     /// Reads what the `mtllib` statements of `obj` name. Of two materials of one name the one counts that is in the library named
     /// first; in one library, the later one.
     pub(super) fn open_libraries(&mut self, obj: &Path, statements: &[Named], report: &mut Report) -> Library {

@@ -12,7 +12,7 @@ const CHUNK: usize = 64;
 const CAPACITY: usize = 4096;
 
 /// A growing array with its copy on the device.
-pub(super) struct Mirror<T> {
+pub(super) struct DeviceArray<T> {
     name: &'static str,
     items: Vec<T>,
     /// Whether each chunk differs from the device's.
@@ -20,7 +20,7 @@ pub(super) struct Mirror<T> {
     buffer: Buffer,
 }
 
-impl<T: Pod + PartialEq> Mirror<T> {
+impl<T: Pod + PartialEq> DeviceArray<T> {
     pub(super) fn new(device: &Device, name: &'static str) -> Result<Self> {
         let buffer = Buffer::new(device, name, (CAPACITY * size_of::<T>()) as u64, BufferUse::Stream)?;
         Ok(Self { name, items: Vec::new(), dirty: Vec::new(), buffer })

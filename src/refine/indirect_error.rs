@@ -1,13 +1,13 @@
-//! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::priority`]).
+//! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::error_model`]).
 
-use super::priority::{
-    CHILD, CONTRAST_WEIGHT, HARD_CONTRAST, HARD_PIXELS, Judge, SURPLUS_TO_MSE, VERTEX_COST, sum_of_products,
+use super::error_model::{
+    CHILD, CONTRAST_WEIGHT, ErrorModel, HARD_CONTRAST, HARD_PIXELS, SURPLUS_TO_MSE, VERTEX_COST, sum_of_products,
 };
-use crate::cache::dynamic::{Light, SlotId};
+use crate::cache::dynamic::{Luminance, SlotId};
 use crate::cache::topology::{Node, NodeId};
 use crate::cache::vertex::VertexId;
 use crate::math::luminance;
-use crate::refine::update::LeafId;
+use crate::refine::update::DrawnId;
 use glam::Vec3;
 
 /// Rays of a vertex's first round.
@@ -45,7 +45,7 @@ const SIGNIFICANCE: f32 = 2.6;
 /// Least relative standard deviation of a sample: that the first few agree does not say that all would.
 const LEAST_DEVIATION: f32 = 0.1;
 
-impl Judge<'_> {
+impl ErrorModel<'_> {
     /// Share of the square error of D over a leaf that the image shows.
     #[must_use]
     pub fn gain(&self, id: NodeId) -> f32 {
@@ -86,7 +86,7 @@ impl Judge<'_> {
         // The mean square of what linear weights leave of the corners' independent noise: a half, two thirds or all of it.
         // What was never sampled is missing from the picture.
         let unknown = (UNSAMPLED * self.typical(id)).powi(2);
-        let variance = |l: &Light| if l.known { l.variance } else { unknown };
+        let variance = |l: &Luminance| if l.known { l.variance } else { unknown };
         let noise =
             valid().map(variance).sum::<f32>() * [1.0, 1.0 / 3.0, 1.0 / 6.0][count - 1] + self.hanging_noise(node);
         let contrast = CONTRAST_WEIGHT * (most - least).powi(2);
@@ -215,7 +215,7 @@ impl Judge<'_> {
         }
         if rays == 0 {
             let rays = self.first_rays_at(id) as f32;
-            return (vertex.reach + vertex.reach_below) * self.first_gain(id, rays) / (rays * RAYS_A_SAMPLE);
+            return (vertex.importance + vertex.importance_below) * self.first_gain(id, rays) / (rays * RAYS_A_SAMPLE);
         }
         let likely = |slot: SlotId| {
             let light = &self.cache.slots[slot.0].indirect;
@@ -227,8 +227,8 @@ impl Judge<'_> {
             // That does not become less likely with the rays until there is proof.
             variance = (UNSAMPLED * self.mean).powi(2) / FIRST_RAYS as f32;
         }
-        let reach = vertex.reach + NOISE_BELOW * vertex.reach_below + self.hanging_reach(id);
-        reach * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
+        let importance = vertex.importance + NOISE_BELOW * vertex.importance_below + self.hanging_importance(id);
+        importance * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
     }
 
     /// Whether a vertex is a corner of the scene's triangles.
@@ -238,14 +238,14 @@ impl Judge<'_> {
 
     /// What shows of a sampled vertex in leaves of the mesh of indirect light that it is no corner of: it lies on an edge of theirs, which
     /// neighbours have refined, and they are drawn through it.
-    fn hanging_reach(&self, id: VertexId) -> f32 {
+    fn hanging_importance(&self, id: VertexId) -> f32 {
         // Base vertices are corners wherever they are drawn.
-        if self.is_base(id) || self.cache.inner_slot(id).is_some() {
+        if self.is_base(id) || self.cache.pixel_slot(id).is_some() {
             return 0.0;
         }
-        let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.leaves_of(slot));
-        let share = |leaf: LeafId| {
-            let node = self.cache.leaves[leaf.0].node;
+        let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.drawn_with(slot));
+        let share = |leaf: DrawnId| {
+            let node = self.cache.drawn[leaf.0].node;
             let holder = self.cache.topology.indirect_leaf(node);
             if self.cache.corner_vertices(holder).contains(&id) {
                 return 0.0;
@@ -263,13 +263,13 @@ impl Judge<'_> {
     /// Drop of the square error at a vertex that its first round of so many rays would buy.
     fn first_gain(&self, id: VertexId, rays: f32) -> f32 {
         let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
-        if let Some(slot) = self.cache.inner_slot(id) {
+        if let Some(slot) = self.cache.pixel_slot(id) {
             let noise = NOISE_OF_ONE_RAY * luminance(light(slot).diffuse).powi(2) / rays;
             return (self.cache.indirect.expected(id) - noise).max(0.0);
         }
         // The coarsest do show what others predict, but many rest on them.
         let rests_on_others = |slot: &SlotId| self.cache.slots[slot.0].rank > 0;
-        let predicted = self.cache.slots_of(id).filter(rests_on_others).map(light).filter(|light| light.above);
+        let predicted = self.cache.slots_of(id).filter(rests_on_others).map(light).filter(|light| light.coarse);
         let Some(doubt) = predicted.map(|light| light.variance).reduce(f32::max) else {
             // Where all that is seen is dark so far there is nothing to compare with, and all the more to find.
             return if self.mean > 0.0 { (UNSAMPLED * self.mean).powi(2) } else { 1.0 };
@@ -286,7 +286,7 @@ impl Judge<'_> {
     /// more noise than coarse ones.
     #[must_use]
     pub fn first_rays_at(&self, id: VertexId) -> u32 {
-        if self.cache.inner_slot(id).is_some() {
+        if self.cache.pixel_slot(id).is_some() {
             return INNER_RAYS;
         }
         let rays = self.cache.parents_of(id).map(|(parent, _)| self.rays_at(parent)).filter(|&rays| rays > 0);

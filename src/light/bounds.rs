@@ -6,7 +6,7 @@ use std::f32::consts::PI;
 
 /// How far the light of a source, or of several, can reach: a sphere that holds it, and the directions it shines in.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Reach {
+pub(super) struct LightBounds {
     centre: Vec3,
     radius: f32,
     /// Upper bound of the luminance of irradiance × squared distance.
@@ -30,7 +30,7 @@ const ROUNDING: f64 = 1e-6;
 /// Most that a point sends, so that sums stay finite beside it.
 const FINITE: f32 = 1e30;
 
-impl Reach {
+impl LightBounds {
     /// Of several sources in a sphere, from outside of it.
     pub fn of_sphere(centre: Vec3, radius: f32, strength: f32) -> Self {
         Self { centre, radius, strength, most: FINITE, base: 1.0, ..Self::default() }
@@ -106,7 +106,7 @@ pub(super) const LANES: usize = 8;
 
 /// Some lights, coordinate by coordinate; spare lanes send nothing.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Pack {
+pub(super) struct Bounds8 {
     centre: [[f32; LANES]; 3],
     radius: [f32; LANES],
     strength: [f32; LANES],
@@ -119,9 +119,9 @@ pub(super) struct Pack {
     factor: [f32; LANES],
 }
 
-impl Pack {
+impl Bounds8 {
     /// With what the light of each counts times.
-    pub fn new(lights: &[(Reach, f32)]) -> Self {
+    pub fn new(lights: &[(LightBounds, f32)]) -> Self {
         let mut pack = Self::default();
         for (lane, (light, factor)) in lights.iter().enumerate() {
             for axis in 0..3 {
@@ -140,13 +140,13 @@ impl Pack {
         pack
     }
 
-    /// [`Reach::bound`] of each light times its factor.
+    /// [`LightBounds::bound`] of each light times its factor.
     pub fn bounds(&self, x: Vec3, normal: Vec3) -> [f32; LANES] {
         let vector = |of: &[[f32; LANES]; 3], lane: usize| Vec3::new(of[0][lane], of[1][lane], of[2][lane]);
         let mut bounds = [0.0; LANES];
         // A plain loop, which compilers turn into vector instructions.
         for (lane, bound) in bounds.iter_mut().enumerate() {
-            let light = Reach {
+            let light = LightBounds {
                 centre: vector(&self.centre, lane),
                 radius: self.radius[lane],
                 strength: self.strength[lane],
@@ -166,12 +166,12 @@ impl Pack {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::light::facets::Facet;
+    use crate::light::lights::Source;
     use crate::math::luminance;
     use crate::math::sequence::Sequence;
     use crate::scene::TriangleId;
     use crate::scene::light::LightKind;
-    use crate::shade::facets::Facet;
-    use crate::shade::lights::Source;
 
     /// Places within 4 of the origin, and normals.
     fn places() -> impl Iterator<Item = (Vec3, Vec3)> {
@@ -191,11 +191,11 @@ mod tests {
     fn a_spot_light_sends_its_bound() {
         let (position, direction, intensity) = (Vec3::new(0.3, 1.0, -0.2), Vec3::NEG_Y, Vec3::new(1.0, 2.0, 3.0));
         let (cos_inner, cos_outer) = (0.9, 0.5);
-        let reach = Reach::of_spot(position, direction, luminance(intensity), [cos_inner, cos_outer]);
+        let bounds = LightBounds::of_spot(position, direction, luminance(intensity), [cos_inner, cos_outer]);
         let source = Source::Delta(LightKind::Spot { position, direction, intensity, cos_inner, cos_outer });
         let mut lit = 0;
         for (x, normal) in places() {
-            let (bound, exact) = (reach.bound(x, normal), source.strength(x, normal));
+            let (bound, exact) = (bounds.bound(x, normal), source.strength(x, normal));
             assert!((bound - exact).abs() <= 1e-5 * exact + 1e-7, "{x} {normal}: {bound} {exact}");
             lit += u32::from(exact > 0.0);
         }
@@ -205,10 +205,10 @@ mod tests {
     #[test]
     fn a_plane_lamp_has_a_tight_bound_in_front_and_none_behind() {
         let (centre, radius) = (Vec3::new(0.2, 0.2, 0.4), 0.02_f32.sqrt());
-        let reach = Reach::of_facets(&lamp(), (centre, radius), 5.0, false);
+        let bounds = LightBounds::of_facets(&lamp(), (centre, radius), 5.0, false);
         let mut lit = 0;
         for (x, normal) in places() {
-            let bound = reach.bound(x, normal);
+            let bound = bounds.bound(x, normal);
             let offset = lamp().list[0].middle.as_vec3() - x;
             let distance = offset.length();
             if offset.y <= 0.0 || offset.dot(normal) < -radius {
@@ -226,15 +226,16 @@ mod tests {
     fn packs_tell_the_bounds_of_each() {
         let sphere = (Vec3::new(0.2, 0.2, 0.4), 0.15);
         let lights = [
-            (Reach::of_facets(&lamp(), sphere, 5.0, false), 1.0),
-            (Reach::of_facets(&lamp(), sphere, 5.0, true), 0.5),
-            (Reach::of_spot(Vec3::Y, Vec3::NEG_Y, 2.0, [0.9, 0.5]), 2.0),
-            (Reach::of_point(Vec3::X, 3.0), 1.0),
-            (Reach::of_sphere(Vec3::Z, 0.5, 1.0), 1.0),
+            (LightBounds::of_facets(&lamp(), sphere, 5.0, false), 1.0),
+            (LightBounds::of_facets(&lamp(), sphere, 5.0, true), 0.5),
+            (LightBounds::of_spot(Vec3::Y, Vec3::NEG_Y, 2.0, [0.9, 0.5]), 2.0),
+            (LightBounds::of_point(Vec3::X, 3.0), 1.0),
+            (LightBounds::of_sphere(Vec3::Z, 0.5, 1.0), 1.0),
         ];
-        let pack = Pack::new(&lights);
+        let pack = Bounds8::new(&lights);
         for (x, normal) in places() {
-            let single = |lane: usize| lights.get(lane).map_or(0.0, |(reach, factor)| reach.bound(x, normal) * factor);
+            let single =
+                |lane: usize| lights.get(lane).map_or(0.0, |(bounds, factor)| bounds.bound(x, normal) * factor);
             for (lane, bound) in pack.bounds(x, normal).into_iter().enumerate() {
                 assert!((bound - single(lane)).abs() <= 1e-6 * bound, "{lane} {bound} {}", single(lane));
             }

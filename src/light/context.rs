@@ -1,6 +1,6 @@
 //! What estimators read: the scene, its hierarchy, its lights; immutable while jobs are traced.
 
-use super::light_mesh::Points;
+use super::group::Points;
 use super::lights::{Arrival, Lights};
 use crate::geom::Ray;
 use crate::geom::bvh::Bvh;
@@ -10,7 +10,7 @@ use glam::Vec3;
 
 /// A place where light is sampled.
 #[derive(Clone, Copy, Debug)]
-pub struct Site {
+pub struct ShadingPoint {
     /// Permanent name, which seeds the random numbers.
     pub key: u64,
     /// Position on the surface, where light is evaluated.
@@ -21,7 +21,7 @@ pub struct Site {
     pub normal: Vec3,
 }
 
-impl Site {
+impl ShadingPoint {
     /// The ray that must be free for the light of `arrival` to be seen: it starts at the nudged origin and aims at the same
     /// point of the light as from the position itself.
     #[must_use]
@@ -39,7 +39,7 @@ impl Site {
 
 /// The immutable part of the world.
 #[derive(Clone, Copy)]
-pub struct World<'a> {
+pub struct SceneContext<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// Its hierarchy.
@@ -58,30 +58,30 @@ const PROBES: u32 = 8;
 /// Length of the contact test against the scene's scale.
 const CONTACT: f32 = 2e-4;
 
-impl<'a> World<'a> {
+impl<'a> SceneContext<'a> {
     /// The world of a scene; `scale` is the scene's.
     #[must_use]
     pub const fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a Lights, seed: u64, scale: f32) -> Self {
         Self { scene, bvh, lights, seed, contact: scale * CONTACT }
     }
 
-    /// The points of a light mesh as seen from a vertex.
+    /// The points of a light group as seen from a vertex.
     #[must_use]
-    pub fn points(&self, site: &Site, mesh: usize) -> Points<'a> {
-        let name = self.lights.sources_of_mesh(mesh)[0];
-        self.lights.mesh(mesh).points(site.position, self.sequence(site, name))
+    pub fn points(&self, shading_point: &ShadingPoint, group: usize) -> Points<'a> {
+        let name = self.lights.sources_of_group(group)[0];
+        self.lights.group(group).points(shading_point.position, self.sequence(shading_point, name))
     }
 
     /// The random sequence of a vertex and a light: from their permanent names, never from a thread or a clock.
     #[must_use]
-    pub fn sequence(&self, site: &Site, light: u32) -> Sequence {
-        Sequence::new(combine(combine(self.seed, site.key), u64::from(light)))
+    pub fn sequence(&self, shading_point: &ShadingPoint, light: u32) -> Sequence {
+        Sequence::new(combine(combine(self.seed, shading_point.key), u64::from(light)))
     }
 
     /// Whether the light of `arrival`, seen from the vertex, is unoccluded.
     #[must_use]
-    pub fn visible(&self, site: &Site, arrival: &Arrival) -> bool {
-        !self.bvh.occluded(self.scene, &site.ray_to(arrival))
+    pub fn visible(&self, shading_point: &ShadingPoint, arrival: &Arrival) -> bool {
+        !self.bvh.occluded(self.scene, &shading_point.ray_to(arrival))
     }
 
     /// Whether the vertex is covered by other geometry, so that its light is not its surface's: something lies on it
@@ -91,23 +91,23 @@ impl<'a> World<'a> {
     /// show their backs in all directions. Where a whole room is wound the wrong way round all its vertices count as
     /// covered, and interpolation among them is as it would be without.
     #[must_use]
-    pub fn is_covered(&self, site: &Site, probe: bool, rays: &mut u64) -> bool {
+    pub fn is_covered(&self, shading_point: &ShadingPoint, probe: bool, rays: &mut u64) -> bool {
         *rays += 1;
-        let contact = Ray { origin: site.origin, direction: site.normal, t_max: self.contact };
+        let contact = Ray { origin: shading_point.origin, direction: shading_point.normal, t_max: self.contact };
         if self.bvh.occluded(self.scene, &contact) {
             return true;
         }
         probe
             && (0..PROBES).all(|i| {
                 *rays += 1;
-                let ray = Ray { direction: self.probe_direction(site, i), t_max: f32::INFINITY, ..contact };
+                let ray = Ray { direction: self.probe_direction(shading_point, i), t_max: f32::INFINITY, ..contact };
                 self.bvh.closest(self.scene, &ray).is_some_and(|hit| hit.back)
             })
     }
 
     /// Directions spread over the hemisphere by cosine.
-    fn probe_direction(&self, site: &Site, index: u32) -> Vec3 {
-        let [u, v, ..] = self.sequence(site, u32::MAX).point(index);
-        Density::Cosine.direction(site.normal, [u, v])
+    fn probe_direction(&self, shading_point: &ShadingPoint, index: u32) -> Vec3 {
+        let [u, v, ..] = self.sequence(shading_point, u32::MAX).point(index);
+        Density::Cosine.direction(shading_point.normal, [u, v])
     }
 }

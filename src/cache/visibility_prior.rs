@@ -13,12 +13,12 @@ const CELLS: [f32; SIZES] = [1.0, 1.0 / 32.0, 1.0 / 128.0];
 const SIZES: usize = 3;
 /// What a larger cell's odds count beside a cell's own, in vertices.
 const PRIOR: [f32; SIZES] = [1.0, 1.0, 2.0];
-/// Odds of a light of which nothing is known.
+/// VisibilityPrior of a light of which nothing is known.
 const UNKNOWN: f32 = 0.5;
 
 /// Cells at a place, for one side of its surface.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct PriorCells {
     cells: [Option<u32>; SIZES],
 }
 
@@ -34,9 +34,9 @@ struct Count {
 /// A cell's size, place and side: the axis along which its surfaces face most.
 type Key = (u8, IVec3, u8);
 
-/// Odds of seeing each light, by place.
+/// VisibilityPrior of seeing each light, by place.
 #[derive(Clone, Debug, Default)]
-pub struct Odds {
+pub struct VisibilityPrior {
     cells: FxHashMap<Key, u32>,
     /// By cell, then light.
     counts: Vec<Count>,
@@ -44,18 +44,18 @@ pub struct Odds {
     scale: f32,
 }
 
-impl Odds {
+impl VisibilityPrior {
     pub(super) fn new(lights: usize, scale: f32) -> Self {
         Self { lights, scale, ..Self::default() }
     }
 
     /// The cells of a vertex, as far as anything was found in them.
-    pub(super) fn place(&self, vertex: &Vertex) -> Place {
-        Place { cells: [0, 1, 2].map(|size| self.cells.get(&self.key(size, vertex)).copied()) }
+    pub(super) fn place(&self, vertex: &Vertex) -> PriorCells {
+        PriorCells { cells: [0, 1, 2].map(|size| self.cells.get(&self.key(size, vertex)).copied()) }
     }
 
     /// Share of a light that a place may be expected to see: between 0 and 1, neither.
-    pub(super) fn at(&self, place: Place, light: u32) -> f32 {
+    pub(super) fn at(&self, place: PriorCells, light: u32) -> f32 {
         let refine = |odds: f32, (cell, prior): (&Option<u32>, f32)| {
             let count = cell.map_or(Count::default(), |cell| self.counts[self.index(cell, light)]);
             (count.seen + odds * prior) / (count.traced + prior)

@@ -1,40 +1,40 @@
-//! One light drawn in proportion to the bound of what it can send to a place: a mesh first, then one of its sources, so that the
-//! cost of many lights is that of their meshes.
+//! One light drawn in proportion to the bound of what it can send to a place: a group first, then one of its sources, so that the
+//! cost of many lights is that of their groups.
 
-use super::light_mesh::Emitter;
+use super::bounds::{Bounds8, LANES, LightBounds};
+use super::group::LightGroup;
 use super::lights::Lights;
-use super::reach::{LANES, Pack, Reach};
 use glam::{Vec3, Vec4};
 use smallvec::SmallVec;
 
-/// What gives the bounds of all meshes at a place.
+/// What gives the bounds of all groups at a place.
 #[derive(Clone, Debug, Default)]
-pub(super) struct MeshBounds {
-    packs: Vec<Pack>,
+pub(super) struct GroupBounds {
+    packs: Vec<Bounds8>,
     /// Meshes whose bounds the packs do not tell everywhere.
     others: Vec<u32>,
 }
 
-impl MeshBounds {
-    /// With what the meshes count times now.
+impl GroupBounds {
+    /// With what the groups count times now.
     pub fn new(lights: &Lights) -> Self {
-        let factor = |mesh: usize| lights.mesh_factor(mesh).max_element();
-        let reach = |mesh: usize| (lights.mesh(mesh).reach().unwrap_or_default(), factor(mesh));
-        let reaches: Vec<(Reach, f32)> = (0..lights.mesh_count()).map(reach).collect();
-        let is_other = |&(_, of): &(u32, Emitter<'_>)| matches!(of, Emitter::Group(_)) || of.reach().is_none();
+        let factor = |group: usize| lights.group_factor(group).max_element();
+        let bounds = |group: usize| (lights.group(group).bounds().unwrap_or_default(), factor(group));
+        let reaches: Vec<(LightBounds, f32)> = (0..lights.group_count()).map(bounds).collect();
+        let is_other = |&(_, of): &(u32, LightGroup<'_>)| matches!(of, LightGroup::Shared(_)) || of.bounds().is_none();
         Self {
-            packs: reaches.chunks(LANES).map(Pack::new).collect(),
-            others: (0..).zip(lights.meshes()).filter(is_other).map(|(mesh, _)| mesh).collect(),
+            packs: reaches.chunks(LANES).map(Bounds8::new).collect(),
+            others: (0..).zip(lights.groups()).filter(is_other).map(|(group, _)| group).collect(),
         }
     }
 }
 
-/// The bounds of all meshes at one place.
+/// The bounds of all groups at one place.
 #[derive(Clone, Debug, Default)]
 pub struct LightChoice {
     x: Vec3,
     normal: Vec3,
-    /// Eight meshes at a time.
+    /// Eight groups at a time.
     bounds: SmallVec<[[f32; LANES]; 16]>,
     /// Sum of each eight.
     sums: SmallVec<[f32; 16]>,
@@ -56,11 +56,11 @@ impl LightChoice {
         (self.x, self.normal) = (x, normal);
         self.bounds.clear();
         self.bounds.extend(lights.bounds.packs.iter().map(|pack| pack.bounds(x, normal)));
-        for mesh in lights.bounds.others.iter().map(|&mesh| mesh as usize) {
-            let emitter = lights.mesh(mesh);
+        for group in lights.bounds.others.iter().map(|&group| group as usize) {
+            let emitter = lights.group(group);
             if emitter.is_near(x) {
-                let factor = lights.mesh_factor(mesh).max_element();
-                self.bounds[mesh / LANES][mesh % LANES] = emitter.bound(x, normal) * factor;
+                let factor = lights.group_factor(group).max_element();
+                self.bounds[group / LANES][group % LANES] = emitter.bound(x, normal) * factor;
             }
         }
         self.sums.clear();
@@ -73,11 +73,11 @@ impl LightChoice {
     pub fn draw(&self, lights: &Lights, pick: f32) -> Option<Drawn> {
         let (pack, left) = proportionally(&self.sums, pick * self.total)?;
         let (lane, left) = proportionally(&self.bounds[pack], left)?;
-        let (mesh, bound) = (pack * LANES + lane, self.bounds[pack][lane]);
+        let (group, bound) = (pack * LANES + lane, self.bounds[pack][lane]);
         let inverse_chance = self.total / bound;
-        match lights.mesh(mesh) {
-            Emitter::Single(_) => Some(Drawn { light: lights.sources_of_mesh(mesh)[0] as usize, inverse_chance }),
-            Emitter::Group(members) => {
+        match lights.group(group) {
+            LightGroup::Single(_) => Some(Drawn { light: lights.sources_of_group(group)[0] as usize, inverse_chance }),
+            LightGroup::Shared(members) => {
                 let bounds: SmallVec<[f32; 32]> = members.bounds(self.x, self.normal).collect();
                 let total: f32 = bounds.iter().sum();
                 let within = (left / bound).clamp(0.0, 1.0);
@@ -102,13 +102,13 @@ impl LightChoice {
     /// The same for a choice that was prepared for `x` and `normal` and whose bounds had the sum `total`.
     #[must_use]
     pub fn chance_of(lights: &Lights, (x, normal): (Vec3, Vec3), total: f32, light: usize) -> f32 {
-        let (mesh, place) = lights.mesh_of(light);
-        let emitter = lights.mesh(mesh);
-        let bound = emitter.bound(x, normal) * lights.mesh_factor(mesh).max_element();
+        let (group, place) = lights.group_of(light);
+        let emitter = lights.group(group);
+        let bound = emitter.bound(x, normal) * lights.group_factor(group).max_element();
         let chance = if bound > 0.0 { bound / total } else { 0.0 };
         match emitter {
-            Emitter::Single(_) => chance,
-            Emitter::Group(members) => {
+            LightGroup::Single(_) => chance,
+            LightGroup::Shared(members) => {
                 let bounds: SmallVec<[f32; 32]> = members.bounds(x, normal).collect();
                 if bounds[place] > 0.0 { chance * (bounds[place] / bounds.iter().sum::<f32>()) } else { 0.0 }
             }

@@ -6,8 +6,8 @@
 use super::dynamic::Cache;
 use super::topology::NodeId;
 use super::vertex::VertexId;
-use crate::shade::light_mesh::Emitter;
-use crate::shade::world::{Site, World};
+use crate::light::context::{SceneContext, ShadingPoint};
+use crate::light::group::LightGroup;
 use smallvec::SmallVec;
 use std::f32::consts::PI;
 
@@ -20,7 +20,7 @@ const POINTS: u32 = 16;
 
 /// What rays from between the corners of a leaf found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Surprise {
+pub struct Mismatch {
     /// Luminance of D by which the lights found otherwise than all corners say differ from that.
     pub luminance: f32,
     /// Whether there are lights of which the corners do not say the same: nothing was traced for them.
@@ -32,32 +32,33 @@ pub struct Surprise {
 /// Asks by a ray to each light whether it is at a point of a leaf, given by barycentric weights, as all corners of the leaf
 /// say; of an area light or a group, by its `turn`-th point.
 #[must_use]
-pub fn surprise(
-    world: &World<'_>,
+pub fn mismatch(
+    context: &SceneContext<'_>,
     cache: &Cache,
     (id, weights): (NodeId, [f32; 3]),
     turn: u32,
     rays: &mut u64,
-) -> Surprise {
-    let site = cache.inner_vertex(id, weights).site();
+) -> Mismatch {
+    let shading_point = cache.vertex_inside(id, weights).shading_point();
     let corners = cache.drawn_vertices(id);
-    let strength = |(light, emitter): (usize, Emitter<'_>)| {
-        emitter.strength(site.position, site.normal) * world.lights.mesh_factor(light).max_element()
+    let strength = |(light, emitter): (usize, LightGroup<'_>)| {
+        emitter.strength(shading_point.position, shading_point.normal)
+            * context.lights.group_factor(light).max_element()
     };
-    let strengths: SmallVec<[f32; 128]> = world.lights.meshes().enumerate().map(strength).collect();
+    let strengths: SmallVec<[f32; 128]> = context.lights.groups().enumerate().map(strength).collect();
     let weak = WEAK * strengths.iter().sum::<f32>();
-    let mut surprise = Surprise::default();
+    let mut mismatch = Mismatch::default();
     for (light, &strength) in strengths.iter().enumerate().filter(|(_, strength)| **strength > weak) {
         match agreed(cache, light, &corners) {
             Some(visible) => {
-                let share = disagreement(world, &site, (light, visible), turn, rays);
-                surprise.luminance += strength * share / PI;
-                surprise.more |= turn + 1 < world.lights.mesh(light).all_points().unwrap_or(POINTS);
+                let share = disagreement(context, &shading_point, (light, visible), turn, rays);
+                mismatch.luminance += strength * share / PI;
+                mismatch.more |= turn + 1 < context.lights.group(light).all_points().unwrap_or(POINTS);
             }
-            None => surprise.open = true,
+            None => mismatch.open = true,
         }
     }
-    surprise
+    mismatch
 }
 
 /// Lights of which the corners of a node do not know the same: nothing is asked about them.
@@ -68,17 +69,23 @@ pub fn open_lights(cache: &Cache, id: NodeId) -> u32 {
 }
 
 /// Share of a light that is visible though it should not be, or hidden though it should be visible.
-fn disagreement(world: &World<'_>, site: &Site, (light, visible): (usize, bool), turn: u32, rays: &mut u64) -> f32 {
-    let points = world.points(site, light);
+fn disagreement(
+    context: &SceneContext<'_>,
+    shading_point: &ShadingPoint,
+    (light, visible): (usize, bool),
+    turn: u32,
+    rays: &mut u64,
+) -> f32 {
+    let points = context.points(shading_point, light);
     let mut differs = |point: u32| {
-        let arrival = points.sample(world.scene, point).filter(|a| a.direction.dot(site.normal) > GRAZING);
+        let arrival = points.sample(context.scene, point).filter(|a| a.direction.dot(shading_point.normal) > GRAZING);
         arrival.is_some_and(|arrival| {
             *rays += 1;
-            world.visible(site, &arrival) != visible
+            context.visible(shading_point, &arrival) != visible
         })
     };
     // One point of an area light or a group says no more than that there is something.
-    let all = world.lights.mesh(light).all_points().unwrap_or(POINTS);
+    let all = context.lights.group(light).all_points().unwrap_or(POINTS);
     if turn >= all || !differs(turn) {
         return 0.0;
     }

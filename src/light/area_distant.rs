@@ -3,7 +3,7 @@
 use super::area::AreaSource;
 use super::area_specular::Receiver;
 use super::facets::Outlines;
-use super::phong::lobe;
+use crate::bsdf::lobe;
 use crate::math::polygon::edges;
 use glam::{DVec3, Vec3};
 

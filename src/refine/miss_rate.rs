@@ -2,7 +2,7 @@
 
 /// Square error, relative to what a leaf shows, that is expected where nothing has been seen.
 #[derive(Clone, Copy, Debug)]
-pub struct HiddenShadows {
+pub struct MissRate {
     sum: f64,
     count: f64,
     /// What was expected when the queue's keys were last computed.
@@ -20,13 +20,13 @@ const MEMORY: f64 = 256.0;
 /// Rise of the expectation at which keys are computed anew.
 const RISEN: f32 = 2.0;
 
-impl Default for HiddenShadows {
+impl Default for MissRate {
     fn default() -> Self {
         Self::new(PRIOR, PRIOR_COUNT)
     }
 }
 
-impl HiddenShadows {
+impl MissRate {
     /// Nothing learnt yet: `prior` is expected, as if `count` leaves had told.
     #[must_use]
     pub const fn new(prior: f64, count: f64) -> Self {
@@ -63,7 +63,7 @@ mod tests {
 
     #[test]
     fn what_is_found_is_expected_again() {
-        let mut hidden = HiddenShadows::default();
+        let mut hidden = MissRate::default();
         assert!((hidden.expected() / 1e-5 - 1.0).abs() < 1e-3 && !hidden.has_risen());
         for i in 0..10_000 {
             hidden.note(if i % 100 == 0 { 5.0 } else { 0.0 });

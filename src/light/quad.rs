@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3, Vec4};
 
 /// A parallelogram, prepared.
 #[derive(Clone, Debug)]
-pub struct Panel {
+pub struct QuadLight {
     /// First corner, scene units.
     corner: Vec3,
     /// From there to the corners beside it.
@@ -36,8 +36,8 @@ const NEAR: f32 = 1.3;
 const ROUNDING: f64 = 2.5e-7;
 
 /// What a surface gets from the corners of a panel, in any unit.
-struct Seen<'a> {
-    panel: &'a Panel,
+struct FacingQuad<'a> {
+    panel: &'a QuadLight,
     /// From the surface to the first corner.
     base: Vec3,
     /// Distance from the panel's plane.
@@ -47,13 +47,13 @@ struct Seen<'a> {
     mean: f32,
 }
 
-impl Panel {
+impl QuadLight {
     /// The parallelogram that a source consists of; `None` for any other shape.
     #[must_use]
     pub fn new(outlines: &Outlines) -> Option<Self> {
         let ([polygon], [_, a, c, b]) = (&outlines.polygons[..], &outlines.corners[..]) else { return None };
-        let reach = (polygon.base.abs() + c.abs()).max_element();
-        if (*a + *b - *c).abs().max_element() > ROUNDING * reach {
+        let bounds = (polygon.base.abs() + c.abs()).max_element();
+        if (*a + *b - *c).abs().max_element() > ROUNDING * bounds {
             return None;
         }
         let cross = a.cross(*b);
@@ -74,7 +74,7 @@ impl Panel {
     }
 
     /// `None` where the surface gets nothing.
-    fn seen(&self, x: Vec3, normal: Vec3, both_sides: bool) -> Option<Seen<'_>> {
+    fn seen(&self, x: Vec3, normal: Vec3, both_sides: bool) -> Option<FacingQuad<'_>> {
         let base = self.corner - x;
         let height = -self.normal.dot(base);
         let height = if both_sides { height.abs() } else { height };
@@ -84,7 +84,13 @@ impl Panel {
         let ratio = self.near_squared / (dx * dx + dy * dy + dz * dz);
         let weights = cosines * ratio * ratio;
         let mean = weights.element_sum() * 0.25;
-        (height > 0.0 && mean > 0.0).then(|| Seen { panel: self, base, height, weights: weights.to_array(), mean })
+        (height > 0.0 && mean > 0.0).then(|| FacingQuad {
+            panel: self,
+            base,
+            height,
+            weights: weights.to_array(),
+            mean,
+        })
     }
 }
 
@@ -94,7 +100,7 @@ fn linear(u: f32, a: f32, b: f32) -> f32 {
     (u * (a + b) / (a + root).max(f32::MIN_POSITIVE)).min(1.0)
 }
 
-impl Seen<'_> {
+impl FacingQuad<'_> {
     /// Shares of the edges of the point chosen by `u`; strata stay strata.
     fn point(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         let [a, b, c, d] = self.weights;
@@ -141,7 +147,7 @@ impl AreaSource {
         measure.map_or(0.0, |(measure, ..)| measure.recip())
     }
 
-    fn panel_from(&self, x: Vec3) -> Option<&Panel> {
+    fn panel_from(&self, x: Vec3) -> Option<&QuadLight> {
         self.panel.as_deref().filter(|panel| panel.middle.distance_squared(x) > panel.near_squared)
     }
 }

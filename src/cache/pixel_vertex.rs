@@ -11,7 +11,7 @@ use glam::{DVec3, Vec3};
 
 /// A vertex inside a leaf.
 #[derive(Clone, Copy, Debug)]
-pub struct Inner {
+pub struct PixelVertex {
     /// Its slot.
     pub slot: SlotId,
     /// Generation of the camera whose pixel it was put under.
@@ -32,8 +32,8 @@ const SAME_PLACE: f32 = 1e-3;
 
 impl Between {
     /// Whether it is between the corners of a leaf.
-    pub(super) fn is_a_leafs(&self) -> bool {
-        !self.above && self.of.len() == 3
+    pub(super) fn is_inside_leaf(&self) -> bool {
+        !self.coarse && self.of.len() == 3
     }
 }
 
@@ -41,45 +41,50 @@ impl Cache {
     /// Puts a leaf's inner vertex under the pixel of camera `generation` whose ray from `eye` has the given direction. The
     /// leaf has to be drawn anew unless it is kept. `None` if the leaf is seen so much edge-on that the ray has no place
     /// on it.
-    pub fn place_inner(&mut self, id: NodeId, (eye, direction): (Vec3, Vec3), generation: u32) -> Option<Placed> {
+    pub fn place_pixel_vertex(
+        &mut self,
+        id: NodeId,
+        (eye, direction): (Vec3, Vec3),
+        generation: u32,
+    ) -> Option<Placed> {
         let weights = weights_on_ray(self.corner_positions(id), eye, direction)?;
         let corners = self.topology.nodes[id.0].corners;
-        let between = Between { of: corners.into_iter().zip(weights).collect(), above: false };
+        let between = Between { of: corners.into_iter().zip(weights).collect(), coarse: false };
         let before = self.topology.nodes[id.0].inner;
         let slot = match before {
-            None => self.add_inner(id, weights, between),
+            None => self.add_pixel_vertex(id, weights, between),
             Some(inner) => {
                 let old = self.slots[inner.slot.0].between.iter().flat_map(|b| &b.of);
                 if old.zip(weights).all(|((_, old), new)| (old - new).abs() < SAME_PLACE) {
-                    self.topology.nodes[id.0].inner = Some(Inner { generation, ..inner });
+                    self.topology.nodes[id.0].inner = Some(PixelVertex { generation, ..inner });
                     return Some(Placed { vertex: self.slots[inner.slot.0].vertex, kept: true });
                 }
-                self.move_inner(id, inner.slot, (weights, between));
+                self.move_pixel_vertex(id, inner.slot, (weights, between));
                 inner.slot
             }
         };
-        self.topology.nodes[id.0].inner = Some(Inner { slot, generation });
+        self.topology.nodes[id.0].inner = Some(PixelVertex { slot, generation });
         Some(Placed { vertex: self.slots[slot.0].vertex, kept: false })
     }
 
-    fn add_inner(&mut self, id: NodeId, weights: [f32; 3], between: Between) -> SlotId {
-        let vertex = VertexId(self.vertices.insert(self.inner_vertex(id, weights)));
-        let look = self.inner_look(id, weights);
+    fn add_pixel_vertex(&mut self, id: NodeId, weights: [f32; 3], between: Between) -> SlotId {
+        let vertex = VertexId(self.vertices.insert(self.vertex_inside(id, weights)));
+        let look = self.look_inside(id, weights);
         let slot = self.slot(vertex, look);
         self.note_between(slot, between);
         slot
     }
 
     /// Forgets all that is known at an inner vertex and puts it elsewhere on its leaf.
-    fn move_inner(&mut self, id: NodeId, slot: SlotId, (weights, between): ([f32; 3], Between)) {
+    fn move_pixel_vertex(&mut self, id: NodeId, slot: SlotId, (weights, between): ([f32; 3], Between)) {
         let vertex = self.slots[slot.0].vertex;
-        let moved = self.inner_vertex(id, weights);
+        let moved = self.vertex_inside(id, weights);
         self.vertices[vertex.0].move_to(moved);
         for layer in &mut self.layers {
             layer.forget(vertex, slot);
         }
         self.indirect.forget(vertex, slot);
-        let normal = self.inner_look(id, weights).normal;
+        let normal = self.look_inside(id, weights).normal;
         let record = &mut self.slots[slot.0];
         (record.normal, record.between) = (normal, Some(between));
         (record.direct, record.indirect) = Default::default();
@@ -90,19 +95,19 @@ impl Cache {
     pub fn hanging_slot(&self, id: NodeId, at: usize) -> Option<SlotId> {
         let node = &self.topology.nodes[id.0];
         let middle = self.topology.midpoint(node.edges[at])?;
-        let mut slots = node.drawn.iter().flat_map(|leaf| self.leaves[leaf.0].leaf.slots);
+        let mut slots = node.drawn.iter().flat_map(|leaf| self.drawn[leaf.0].triangle.slots);
         slots.find(|slot| self.slots[slot.0].vertex == middle)
     }
 
     /// The slot of a vertex, if that lies inside a leaf.
     #[must_use]
-    pub fn inner_slot(&self, vertex: VertexId) -> Option<SlotId> {
+    pub fn pixel_slot(&self, vertex: VertexId) -> Option<SlotId> {
         let between = |slot: SlotId| self.slots[slot.0].between.as_ref();
-        self.vertices[vertex.0].first_slot.filter(|&slot| between(slot).is_some_and(Between::is_a_leafs))
+        self.vertices[vertex.0].first_slot.filter(|&slot| between(slot).is_some_and(Between::is_inside_leaf))
     }
 
     /// The vertex that there would be inside a leaf.
-    pub(super) fn inner_vertex(&self, id: NodeId, weights: [f32; 3]) -> Vertex {
+    pub(super) fn vertex_inside(&self, id: NodeId, weights: [f32; 3]) -> Vertex {
         let corners = self.corner_vertices(id).map(|v| &self.vertices[v.0]);
         Vertex::inside(corners, weights, self.scale)
     }

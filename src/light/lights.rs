@@ -3,10 +3,10 @@
 pub use super::area::{AreaSource, ClosedForm};
 pub use super::area_sampler::Sampler;
 pub use super::area_specular::Receiver;
-use super::grouping::{Candidate, divide};
-use super::light_choice::MeshBounds;
-use super::light_mesh::{Emitter, Group, Members, sphere};
-use super::reach::Reach;
+use super::bounds::LightBounds;
+use super::clustering::{Candidate, divide};
+use super::group::{LightGroup, Members, SharedGroup, sphere};
+use super::selection::GroupBounds;
 use crate::math::luminance;
 use crate::scene::light::{Light, LightKind, spot_falloff};
 use crate::scene::{Scene, TriangleId};
@@ -46,22 +46,22 @@ pub struct Lights {
     /// What each source emits in all directions as the scene has it, W.
     powers: Vec<Vec3>,
     /// What shares a visible fraction, ordered by the first source.
-    meshes: Vec<LightMesh>,
-    /// The mesh of each source, with its place among those of the mesh.
+    groups: Vec<GroupKind>,
+    /// The group of each source, with its place among those of the group.
     of_source: Vec<(u32, u32)>,
-    /// What each mesh sends at most.
-    pub(super) bounds: MeshBounds,
+    /// What each group sends at most.
+    pub(super) bounds: GroupBounds,
 }
 
-/// The sources of a mesh.
+/// The sources of a group.
 #[derive(Clone, Debug)]
-enum LightMesh {
+enum GroupKind {
     Single(u32),
-    Group(Group),
+    Shared(SharedGroup),
 }
 
-/// Number of light meshes above which small lights near each other share one, unless said otherwise.
-pub const MAX_LIGHT_MESHES: usize = 128;
+/// Number of light groups above which small lights near each other share one, unless said otherwise.
+pub const MAX_LIGHT_GROUPS: usize = 128;
 
 /// What all sources emit at a time.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -102,85 +102,85 @@ pub enum Source {
 }
 
 impl Lights {
-    /// Prepares the lights of a scene, in at most [`MAX_LIGHT_MESHES`] meshes.
+    /// Prepares the lights of a scene, in at most [`MAX_LIGHT_GROUPS`] groups.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        Self::in_meshes(scene, MAX_LIGHT_MESHES)
+        Self::in_groups(scene, MAX_LIGHT_GROUPS)
     }
 
-    /// Prepares the lights of a scene in at most so many meshes, or as many as there are lights that cannot share one:
+    /// Prepares the lights of a scene in at most so many groups, or as many as there are lights that cannot share one:
     /// directional ones, those without a closed form.
     #[must_use]
-    pub fn in_meshes(scene: &Scene, max_meshes: usize) -> Self {
+    pub fn in_groups(scene: &Scene, max_groups: usize) -> Self {
         let members = scene.lights.iter().zip(0..).filter_map(|(light, source)| match &light.kind {
             LightKind::Area { triangles } => Some(triangles.iter().map(move |&t| (t, source))),
             _ => None,
         });
         let sources: Vec<Source> = scene.lights.iter().map(|light| Source::new(scene, light)).collect();
         let powers: Vec<Vec3> = sources.iter().map(|source| power(scene, source)).collect();
-        let meshes = meshes(&sources, &powers, max_meshes);
+        let groups = groups(&sources, &powers, max_groups);
         let mut of_source = vec![(0, 0); sources.len()];
-        for (mesh, at) in (0..).zip(&meshes) {
-            (0..).zip(at.members()).for_each(|(place, &source)| of_source[source as usize] = (mesh, place));
+        for (group, at) in (0..).zip(&groups) {
+            (0..).zip(at.members()).for_each(|(place, &source)| of_source[source as usize] = (group, place));
         }
         let mut lights = Self {
             of_triangle: members.flatten().collect(),
             factors: vec![Vec3::ONE; sources.len()],
             sources,
             powers,
-            meshes,
+            groups,
             of_source,
-            bounds: MeshBounds::default(),
+            bounds: GroupBounds::default(),
         };
-        lights.bounds = MeshBounds::new(&lights);
+        lights.bounds = GroupBounds::new(&lights);
         lights
     }
 
-    /// Number of meshes; those of single sources where there are not too many.
+    /// Number of groups; those of single sources where there are not too many.
     #[must_use]
-    pub const fn mesh_count(&self) -> usize {
-        self.meshes.len()
+    pub const fn group_count(&self) -> usize {
+        self.groups.len()
     }
 
-    /// The sources of a mesh.
+    /// The sources of a group.
     #[must_use]
-    pub fn mesh(&self, mesh: usize) -> Emitter<'_> {
-        match &self.meshes[mesh] {
-            LightMesh::Single(source) => Emitter::Single(&self.sources[*source as usize]),
-            LightMesh::Group(group) => Emitter::Group(Members { group, sources: &self.sources }),
+    pub fn group(&self, group: usize) -> LightGroup<'_> {
+        match &self.groups[group] {
+            GroupKind::Single(source) => LightGroup::Single(&self.sources[*source as usize]),
+            GroupKind::Shared(group) => LightGroup::Shared(Members { group, sources: &self.sources }),
         }
     }
 
-    /// The sources of all meshes.
-    pub fn meshes(&self) -> impl ExactSizeIterator<Item = Emitter<'_>> {
-        (0..self.meshes.len()).map(|mesh| self.mesh(mesh))
+    /// The sources of all groups.
+    pub fn groups(&self) -> impl ExactSizeIterator<Item = LightGroup<'_>> {
+        (0..self.groups.len()).map(|group| self.group(group))
     }
 
-    /// The mesh of a source, and its place there.
-    pub(super) fn mesh_of(&self, source: usize) -> (usize, usize) {
-        let (mesh, place) = self.of_source[source];
-        (mesh as usize, place as usize)
+    /// The group of a source, and its place there.
+    pub(super) fn group_of(&self, source: usize) -> (usize, usize) {
+        let (group, place) = self.of_source[source];
+        (group as usize, place as usize)
     }
 
-    /// Indices of the sources of a mesh, ascending. The first is its permanent name, for seeds.
+    /// Indices of the sources of a group, ascending. The first is its permanent name, for seeds.
     #[must_use]
-    pub fn sources_of_mesh(&self, mesh: usize) -> &[u32] {
-        self.meshes[mesh].members()
+    pub fn sources_of_group(&self, group: usize) -> &[u32] {
+        self.groups[group].members()
     }
 
-    /// What the light of all sources of a mesh counts times now: see [`Self::factor`].
+    /// What the light of all sources of a group counts times now: see [`Self::factor`].
     #[must_use]
-    pub fn mesh_factor(&self, mesh: usize) -> Vec3 {
-        match &self.meshes[mesh] {
-            LightMesh::Single(source) => self.factors[*source as usize],
-            LightMesh::Group(group) => group.common(),
+    pub fn group_factor(&self, group: usize) -> Vec3 {
+        match &self.groups[group] {
+            GroupKind::Single(source) => self.factors[*source as usize],
+            GroupKind::Shared(group) => group.common(),
         }
     }
 
-    /// Whether any source of a mesh sends any light now.
+    /// Whether any source of a group sends any light now.
     #[must_use]
-    pub fn mesh_is_on(&self, mesh: usize) -> bool {
-        self.mesh_factor(mesh) != Vec3::ZERO
+    pub fn group_is_on(&self, group: usize) -> bool {
+        self.group_factor(group) != Vec3::ZERO
     }
 
     /// What the light of a source counts times now, by channel: 1 as loaded, 0 switched off. Sources and all that is sampled
@@ -191,17 +191,17 @@ impl Lights {
     }
 
     /// Changes what sources count times, in the order of [`Self::sources`]; those that `factors` lacks count once. Returns the
-    /// meshes whose sources changed against each other: sums over their points mix them as they were.
+    /// groups whose sources changed against each other: sums over their points mix them as they were.
     pub fn set_factors(&mut self, factors: &[Vec3]) -> Vec<usize> {
         let given = factors.iter().copied().chain(std::iter::repeat(Vec3::ONE));
         self.factors.iter_mut().zip(given).for_each(|(factor, given)| *factor = given);
         let (sources, factors) = (&self.sources, &self.factors);
-        let mixed = |(mesh, at): (usize, &mut LightMesh)| match at {
-            LightMesh::Group(group) => group.relight(sources, factors).then_some(mesh),
-            LightMesh::Single(_) => None,
+        let mixed = |(index, at): (usize, &mut GroupKind)| match at {
+            GroupKind::Shared(group) => group.relight(sources, factors).then_some(index),
+            GroupKind::Single(_) => None,
         };
-        let mixed = self.meshes.iter_mut().enumerate().filter_map(mixed).collect();
-        self.bounds = MeshBounds::new(self);
+        let mixed = self.groups.iter_mut().enumerate().filter_map(mixed).collect();
+        self.bounds = GroupBounds::new(self);
         mixed
     }
 
@@ -219,20 +219,20 @@ impl Lights {
     }
 }
 
-impl LightMesh {
+impl GroupKind {
     fn members(&self) -> &[u32] {
         match self {
             Self::Single(source) => std::slice::from_ref(source),
-            Self::Group(group) => group.members(),
+            Self::Shared(group) => group.members(),
         }
     }
 }
 
-/// Which sources share a mesh.
-fn meshes(sources: &[Source], powers: &[Vec3], max_meshes: usize) -> Vec<LightMesh> {
+/// Which sources share a group.
+fn groups(sources: &[Source], powers: &[Vec3], max_groups: usize) -> Vec<GroupKind> {
     let all = 0..sources.len() as u32;
-    if sources.len() <= max_meshes {
-        return all.map(LightMesh::Single).collect();
+    if sources.len() <= max_groups {
+        return all.map(GroupKind::Single).collect();
     }
     let (open, single): (Vec<u32>, Vec<u32>) = all.partition(|&i| may_share(&sources[i as usize]));
     let candidate = |&i: &u32| {
@@ -242,14 +242,14 @@ fn meshes(sources: &[Source], powers: &[Vec3], max_meshes: usize) -> Vec<LightMe
         Candidate { centre: centre.as_dvec3(), radius: f64::from(radius), power, is_delta }
     };
     let candidates: Vec<Candidate> = open.iter().map(candidate).collect();
-    let parts = divide(&candidates, max_meshes.saturating_sub(single.len()).max(1));
+    let parts = divide(&candidates, max_groups.saturating_sub(single.len()).max(1));
     let grouped = parts.into_iter().map(|part| match part[..] {
-        [one] => LightMesh::Single(open[one]),
-        _ => LightMesh::Group(Group::new(sources, part.into_iter().map(|i| open[i]).collect())),
+        [one] => GroupKind::Single(open[one]),
+        _ => GroupKind::Shared(SharedGroup::new(sources, part.into_iter().map(|i| open[i]).collect())),
     });
-    let mut meshes: Vec<LightMesh> = single.into_iter().map(LightMesh::Single).chain(grouped).collect();
-    meshes.sort_unstable_by_key(|mesh| mesh.members()[0]);
-    meshes
+    let mut groups: Vec<GroupKind> = single.into_iter().map(GroupKind::Single).chain(grouped).collect();
+    groups.sort_unstable_by_key(|group| group.members()[0]);
+    groups
 }
 
 /// Whether a source has a place, and a closed form for what it sends without occlusion.
@@ -271,21 +271,21 @@ impl Source {
     pub fn bound(&self, x: Vec3, normal: Vec3) -> f32 {
         match self {
             Self::Delta(kind) => delta_luminance(kind, x, normal),
-            Self::Area(area) => area.reach.bound(x, normal),
+            Self::Area(area) => area.bounds.bound(x, normal),
         }
     }
 
     /// What gives the same bound; `None` for light from infinity.
-    pub(super) fn reach(&self) -> Option<Reach> {
+    pub(super) fn bounds(&self) -> Option<LightBounds> {
         match *self {
             Self::Delta(LightKind::Point { position, intensity }) => {
-                Some(Reach::of_point(position, luminance(intensity)))
+                Some(LightBounds::of_point(position, luminance(intensity)))
             }
             Self::Delta(LightKind::Spot { position, direction, intensity, cos_inner, cos_outer }) => {
-                Some(Reach::of_spot(position, direction, luminance(intensity), [cos_inner, cos_outer]))
+                Some(LightBounds::of_spot(position, direction, luminance(intensity), [cos_inner, cos_outer]))
             }
             Self::Delta(_) => None,
-            Self::Area(ref area) => Some(area.reach),
+            Self::Area(ref area) => Some(area.bounds),
         }
     }
 

@@ -4,7 +4,7 @@
 //! Base vertices are taken into a coarse-to-fine order of spacings that shrink threefold. Each takes the prediction of up to
 //! six coarser ones around it, by moving least squares, until it has gathered itself.
 
-use super::dynamic::{Between, Cache, Light, SlotId};
+use super::dynamic::{Between, Cache, Luminance, SlotId};
 use super::vertex::VertexId;
 use crate::math::luminance;
 use glam::{IVec3, Mat4, Vec3, Vec4};
@@ -37,7 +37,7 @@ const LEAST_DOUBT: f32 = 0.2;
 
 /// Base vertices by place, a grid a spacing.
 #[derive(Clone, Debug, Default)]
-pub struct Above {
+pub struct CoarseLevels {
     grids: [FxHashMap<IVec3, Vec<VertexId>>; LEVELS],
 }
 
@@ -45,7 +45,7 @@ pub struct Above {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Predicted {
     /// The light, with the variance that comes of noise.
-    pub light: Light,
+    pub light: Luminance,
     /// Expected square error beyond noise: how far those that predict differ.
     pub error: f32,
 }
@@ -61,7 +61,7 @@ struct Near {
 
 impl Cache {
     /// Takes a base vertex into the order, below the coarser ones that are there already; once for each vertex.
-    pub fn place_above(&mut self, vertex: VertexId) {
+    pub fn place_in_coarse_levels(&mut self, vertex: VertexId) {
         let mut parents: SmallVec<[Near; MOST_PARENTS]> = SmallVec::new();
         let mut level = LEVELS;
         for l in 0..LEVELS {
@@ -77,7 +77,7 @@ impl Cache {
         }
         for l in level..LEVELS {
             let cell = self.cell(l, self.vertices[vertex.0].position);
-            self.above.grids[l].entry(cell).or_default().push(vertex);
+            self.coarse.grids[l].entry(cell).or_default().push(vertex);
         }
         // Of the coarsest, the older predict the younger.
         parents.retain(|parent| level > 0 || parent.vertex < vertex);
@@ -92,7 +92,7 @@ impl Cache {
 
     /// Slots that predict a base vertex, with their weights.
     pub fn parents_of(&self, vertex: VertexId) -> impl Iterator<Item = (SlotId, f32)> + '_ {
-        let between = self.slots_of(vertex).find_map(|slot| self.slots[slot.0].between.as_ref().filter(|b| b.above));
+        let between = self.slots_of(vertex).find_map(|slot| self.slots[slot.0].between.as_ref().filter(|b| b.coarse));
         between.into_iter().flat_map(|between| between.of.iter().copied())
     }
 
@@ -106,27 +106,29 @@ impl Cache {
         let radius = parents.iter().map(|p| p.distance).fold(0.0, f32::max) * 1.1;
         let weights = least_squares_weights(parents, radius);
         let of = parents.iter().zip(weights).filter_map(|(parent, weight)| Some((look(parent.vertex)?, weight)));
-        let between = Between { of: of.collect(), above: true };
+        let between = Between { of: of.collect(), coarse: true };
         self.note_between(slot, between);
     }
 
     /// What a slot shows that has not gathered: what coarser base vertices predict, to be shown, not to be computed with.
-    pub(super) fn shown_from_above(&self, slot: SlotId, between: &Between) -> Light {
-        let Some(Predicted { light, error }) = self.predicted_above(slot, between) else { return Light::default() };
+    pub(super) fn shown_from_coarse(&self, slot: SlotId, between: &Between) -> Luminance {
+        let Some(Predicted { light, error }) = self.predicted_from_coarse(slot, between) else {
+            return Luminance::default();
+        };
         let doubt = error + (LEAST_DOUBT * luminance(light.diffuse)).powi(2);
-        Light { variance: light.variance + doubt, stale: true, above: true, ..light }
+        Luminance { variance: light.variance + doubt, stale: true, coarse: true, ..light }
     }
 
     /// What coarser base vertices predict for a slot, `None` if none of them knows anything.
-    pub(super) fn predicted_above(&self, slot: SlotId, between: &Between) -> Option<Predicted> {
+    pub(super) fn predicted_from_coarse(&self, slot: SlotId, between: &Between) -> Option<Predicted> {
         let of = between.of.iter().filter(|(parent, _)| self.slots[parent.0].indirect.known);
-        let parts: SmallVec<[(Light, f32); MOST_PARENTS]> =
+        let parts: SmallVec<[(Luminance, f32); MOST_PARENTS]> =
             of.map(|&(parent, weight)| (self.turned(parent, slot), weight * self.weight(parent))).collect();
         let total: f32 = parts.iter().map(|(_, weight)| weight).sum();
         if total < LEAST_TOTAL {
             return None;
         }
-        let mut mean = Light { known: true, ..Light::default() };
+        let mut mean = Luminance { known: true, ..Luminance::default() };
         for (light, weight) in &parts {
             mean.diffuse += light.diffuse * *weight / total;
             mean.specular += light.specular * *weight / total;
@@ -143,12 +145,12 @@ impl Cache {
     }
 
     /// The light of a slot as it would be on the surface of another.
-    fn turned(&self, slot: SlotId, other: SlotId) -> Light {
+    fn turned(&self, slot: SlotId, other: SlotId) -> Luminance {
         let (record, gathered, other) = (&self.slots[slot.0], self.indirect.sum(slot), &self.slots[other.0]);
         let gain = if gathered.samples() > 0 { gathered.turning(record.normal, other.normal) } else { 1.0 };
         let as_glossy = (record.shininess, record.mirror) == (other.shininess, other.mirror);
         let specular = if as_glossy { record.indirect.specular } else { Vec3::ZERO };
-        Light { diffuse: record.indirect.diffuse * gain, specular, ..record.indirect }
+        Luminance { diffuse: record.indirect.diffuse * gain, specular, ..record.indirect }
     }
 
     fn spacing(&self, level: usize) -> f32 {
@@ -166,7 +168,7 @@ impl Cache {
         let mut found: SmallVec<[Near; MOST_PARENTS]> = SmallVec::new();
         for i in 0..27 {
             let cell = centre + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-            for &other in self.above.grids[level].get(&cell).into_iter().flatten() {
+            for &other in self.coarse.grids[level].get(&cell).into_iter().flatten() {
                 let there = &self.vertices[other.0];
                 let offset = there.position - here.position;
                 let near = Near { vertex: other, offset, distance: offset.length() };

@@ -2,7 +2,7 @@
 
 use super::counts::FEW_PIXELS;
 use super::options::{Options, Priority};
-use crate::cache::dynamic::{Cache, Light, SlotId};
+use crate::cache::dynamic::{Cache, Luminance, SlotId};
 use crate::cache::topology::{Node, NodeId, SAFE_LEVEL, Work};
 use crate::cache::vertex::VertexId;
 use crate::math::{combine, luminance};
@@ -28,7 +28,7 @@ impl Reflectances {
 
     /// Luminance shown on a face of some light.
     #[must_use]
-    pub fn shown(&self, scene: &Scene, face: FaceId, light: &Light) -> f32 {
+    pub fn shown(&self, scene: &Scene, face: FaceId, light: &Luminance) -> f32 {
         let [kd, ks] = self.of_face(scene, face);
         kd * luminance(light.diffuse) + ks * luminance(light.specular)
     }
@@ -48,7 +48,7 @@ impl Reflectances {
 
 /// Everything that keys are computed from.
 #[derive(Clone, Copy)]
-pub struct Judge<'a> {
+pub struct ErrorModel<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// The cache.
@@ -66,7 +66,7 @@ pub struct Judge<'a> {
     /// Square error expected where nothing has been seen, relative to what a leaf shows.
     pub hidden: f32,
     /// Whether pixels can be asked one by one: the image is known.
-    pub audits: bool,
+    pub checks: bool,
 }
 
 /// Weight of an edge's contrast against measured surplus: discontinuities not seen yet. [L 2.2]
@@ -101,7 +101,7 @@ pub(super) const VERTEX_COST: f32 = 16.0;
 
 /// A leaf's light at a glance.
 #[derive(Clone, Copy, Debug)]
-pub struct LeafLight {
+pub struct LeafEstimate {
     /// Mean shown luminance of the corners.
     pub mean: f32,
     /// Least shown luminance of the corners.
@@ -144,7 +144,7 @@ fn michelson(a: [f32; 2], b: [f32; 2]) -> f32 {
     if sum > 0.0 { (a[0] - b[0]).abs() / sum } else { 0.0 }
 }
 
-impl Judge<'_> {
+impl ErrorModel<'_> {
     /// Luminance shown at a slot on a face of direct and of indirect light.
     pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
         let record = &self.cache.slots[slot.0];
@@ -164,7 +164,7 @@ impl Judge<'_> {
 
     /// Judges a leaf.
     #[must_use]
-    pub fn leaf(&self, id: NodeId) -> LeafLight {
+    pub fn leaf(&self, id: NodeId) -> LeafEstimate {
         if let Some(inner) = self.settled(id) {
             return self.settled_leaf(id, inner);
         }
@@ -185,7 +185,7 @@ impl Judge<'_> {
         let noise_gain = self.reflectances.noise_gain(self.scene, node.face);
         let variance = node.corners.map(|slot| self.cache.slots[slot.0].direct.variance).iter().sum::<f32>();
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
-        let (highlight, surprise) = (self.highlight(id), self.surprise(id));
+        let (highlight, mismatch) = (self.highlight(id), self.mismatch(id));
         // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
         let of_parent = match contrast {
             c if c > HARD_CONTRAST => 1.0,
@@ -197,10 +197,10 @@ impl Judge<'_> {
             + SURPLUS_TO_MSE * CHILD * unseen
             + self.unmeasured_edge(id, contrast) * mean.powi(2)
             + highlight * highlight * node.work.highlight_share
-            + surprise * surprise * node.work.surprise_share;
+            + mismatch * mismatch * node.work.mismatch_share;
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
-        LeafLight { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+        LeafEstimate { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
     }
 
     /// Whether a penumbra begins or ends between the corners of a node.
@@ -244,16 +244,16 @@ impl Judge<'_> {
     }
 
     /// A leaf of which nothing but its inner vertex shows: it has no error but that vertex's noise.
-    fn settled_leaf(&self, id: NodeId, inner: SlotId) -> LeafLight {
+    fn settled_leaf(&self, id: NodeId, inner: SlotId) -> LeafEstimate {
         let face = self.cache.topology.nodes[id.0].face;
         let shown = self.shown(face, inner).iter().sum();
         let noise = self.reflectances.noise_gain(self.scene, face) * self.cache.slots[inner.0].direct.variance;
-        LeafLight { mean: shown, least: shown, contrast: 0.0, covered: false, interpolation: 0.0, noise }
+        LeafEstimate { mean: shown, least: shown, contrast: 0.0, covered: false, interpolation: 0.0, noise }
     }
 
     /// Key of sampling a leaf where its one pixel sees it; 0 if it is not worth it, or not known which pixel that is.
     #[must_use]
-    pub fn inner_key(&self, id: NodeId) -> f32 {
+    pub fn pixel_sample_key(&self, id: NodeId) -> f32 {
         let work = &self.cache.topology.nodes[id.0].work;
         if !is_one_pixel(work) || self.options.priority == Priority::Random || self.settled(id).is_some() {
             return 0.0;
@@ -339,7 +339,7 @@ impl Judge<'_> {
     }
 
     /// Whether a leaf lies across a hard edge, or hides one.
-    pub(super) fn is_hard(&self, id: NodeId, light: &LeafLight) -> bool {
+    pub(super) fn is_hard(&self, id: NodeId, light: &LeafEstimate) -> bool {
         light.covered || light.contrast > SHADOW_CONTRAST || self.hides_contrast(id, light.mean)
     }
 
@@ -349,28 +349,28 @@ impl Judge<'_> {
     }
 
     /// Luminance by which a leaf's middle is known to differ from its corners.
-    fn surprise(&self, id: NodeId) -> f32 {
+    fn mismatch(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id.0];
-        self.diffuse_reflectance(id) * node.work.surprise.unwrap_or(0.0)
+        self.diffuse_reflectance(id) * node.work.mismatch.unwrap_or(0.0)
     }
 
     /// Whether something between a leaf's corners is a strong contrast to the mean of what they show.
     fn hides_contrast(&self, id: NodeId, mean: f32) -> bool {
-        let (highlight, surprise) = (self.highlight(id), self.surprise(id));
-        // A surprise may be a shadow, which is darker than the mean by that much.
-        let by_surprise = surprise > SHADOW_CONTRAST * (2.0 * mean - surprise).max(surprise);
+        let (highlight, mismatch) = (self.highlight(id), self.mismatch(id));
+        // A mismatch may be a shadow, which is darker than the mean by that much.
+        let by_surprise = mismatch > SHADOW_CONTRAST * (2.0 * mean - mismatch).max(mismatch);
         highlight > HARD_CONTRAST * (highlight + 2.0 * mean) || by_surprise
     }
 
     /// Whether a ray from its middle should tell what a leaf's corners do not: once, if they are known, where nothing else
-    /// would split it. Children of a leaf that held a surprise are followed below the size of a pixel.
+    /// would split it. Children of a leaf that held a mismatch are followed below the size of a pixel.
     pub(super) fn wants_probe(&self, id: NodeId) -> bool {
         let node = &self.cache.topology.nodes[id.0];
-        let parent = node.parent.and_then(|parent| self.cache.topology.nodes[parent.0].work.surprise);
+        let parent = node.parent.and_then(|parent| self.cache.topology.nodes[parent.0].work.mismatch);
         let least =
-            if parent.is_some_and(|surprise| surprise > 0.0) { self.options.min_pixels * HARD_PIXELS } else { PROBED };
+            if parent.is_some_and(|mismatch| mismatch > 0.0) { self.options.min_pixels * HARD_PIXELS } else { PROBED };
         let located = node.work.ray.is_some() || !self.options.counted || node.work.pixels > FEW_PIXELS as f32;
-        node.work.surprise.is_none()
+        node.work.mismatch.is_none()
             && located
             && node.work.pixels >= least
             && node.corners.iter().all(|slot| self.cache.slots[slot.0].direct.known)
@@ -380,7 +380,7 @@ impl Judge<'_> {
     /// Whether the midpoints of a leaf may take its corners' word for what they see of a light.
     pub(super) fn trusts_corners(&self, id: NodeId) -> bool {
         let mean = || self.corners(id).0.iter().map(|[direct, indirect]| direct + indirect).sum::<f32>() / 3.0;
-        self.is_small(id) && self.surprise(id) == 0.0 && !self.hides_contrast(id, mean())
+        self.is_small(id) && self.mismatch(id) == 0.0 && !self.hides_contrast(id, mean())
     }
 
     /// How much brighter than it is drawn a leaf is somewhere between its corners.
@@ -397,12 +397,12 @@ impl Judge<'_> {
     }
 
     /// Square error expected of a shadow too small to have been seen.
-    fn hidden_shadow(&self, light: &LeafLight) -> f32 {
+    fn hidden_shadow(&self, light: &LeafEstimate) -> f32 {
         (self.tolerance * 2.0 * self.mean).powi(2).max(self.hidden * self.judged_by(light))
     }
 
     /// Square of the light that what a leaf hides is judged by: what it shows, or a little if it shows none.
-    pub(super) fn judged_by(&self, light: &LeafLight) -> f32 {
+    pub(super) fn judged_by(&self, light: &LeafEstimate) -> f32 {
         light.mean.max(LEAST_SHOWN * self.mean).powi(2)
     }
 
@@ -423,9 +423,9 @@ impl Judge<'_> {
         let mut gain = 0.0;
         for slot in self.cache.slots_of(id) {
             let variance = self.cache.slots[slot.0].direct.variance;
-            for leaf in self.cache.leaves_of(slot) {
-                let node = &self.cache.topology.nodes[self.cache.leaves[leaf.0].node.0];
-                let whole = self.settled(self.cache.leaves[leaf.0].node) == Some(slot);
+            for leaf in self.cache.drawn_with(slot) {
+                let node = &self.cache.topology.nodes[self.cache.drawn[leaf.0].node.0];
+                let whole = self.settled(self.cache.drawn[leaf.0].node) == Some(slot);
                 let part = if whole { 1.0 } else { 1.0 / 6.0 };
                 let share = node.work.pixels * part / node.drawn.len().max(1) as f32;
                 let shown = self.shown(node.face, slot).iter().sum();

@@ -5,7 +5,7 @@
 
 use super::area_specular::Receiver;
 use super::lights::{AreaSource, Source, delta_arrival};
-use super::phong::lobe;
+use crate::bsdf::lobe;
 use crate::math::triangle::nearest_to_origin;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -18,7 +18,7 @@ pub struct GlossyTriangle {
     normals: [Vec3; 3],
     eye: Vec3,
     shininess: f32,
-    middle: Place,
+    middle: SurfacePoint,
     /// Largest distance of a corner, and of its normal, from the middle's.
     extent: f32,
     bend: f32,
@@ -26,7 +26,7 @@ pub struct GlossyTriangle {
 
 /// A point of the triangle with its normal.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct SurfacePoint {
     x: Vec3,
     normal: Vec3,
 }
@@ -59,12 +59,12 @@ impl GlossyTriangle {
         let farthest =
             |all: [Vec3; 3], from: Vec3| all.map(|p| p.distance_squared(from)).into_iter().fold(0.0, f32::max);
         let (extent, bend) = (farthest(positions, x).sqrt(), farthest(normals, normal).sqrt());
-        Self { positions, normals, eye, shininess, middle: Place { x, normal }, extent, bend }
+        Self { positions, normals, eye, shininess, middle: SurfacePoint { x, normal }, extent, bend }
     }
 
-    fn place(&self, w: [f32; 3]) -> Place {
+    fn place(&self, w: [f32; 3]) -> SurfacePoint {
         let mix = |v: [Vec3; 3]| v[0] * w[0] + v[1] * w[1] + v[2] * w[2];
-        Place { x: mix(self.positions), normal: mix(self.normals).normalize_or(self.normals[0]) }
+        SurfacePoint { x: mix(self.positions), normal: mix(self.normals).normalize_or(self.normals[0]) }
     }
 
     /// Standard deviation of the lobe in n − h: cos(2δ)^s is about exp(−2sδ²).
@@ -219,7 +219,7 @@ mod tests {
             let source = Source::Delta(LightKind::Point { position, intensity: Vec3::ONE });
             let triangle = GlossyTriangle::new(positions, normals, 300.0, eye);
             let specular = |w: [f32; 3]| {
-                let Place { x, normal } = triangle.place(w);
+                let SurfacePoint { x, normal } = triangle.place(w);
                 let receiver = Receiver { x, normal, to_eye: (eye - x).normalize(), shininess: 300.0 };
                 unoccluded(&Scene::default(), &source, &receiver).map_or(0.0, |s| s.x)
             };

@@ -5,7 +5,7 @@ use super::dynamic::SlotId;
 use super::pool::Sparse;
 use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
-use crate::shade::lights::Lighting;
+use crate::light::lights::Lighting;
 use glam::Vec3;
 
 /// Rays and sums gathered under one lighting.
@@ -21,7 +21,7 @@ pub struct Gathers {
 
 /// What is left of other lightings.
 #[derive(Clone, Debug, Default)]
-pub struct Earlier {
+pub struct PreviousLighting {
     /// What was gathered just before, whole: a light that is switched back on has lost nothing.
     before: Option<(Lighting, Gathers)>,
     /// What is known from longer ago, newest first come, for lights of 1 W together.
@@ -35,7 +35,7 @@ pub struct Earlier {
 const FIRST_SHARE: u32 = 4;
 const MOST_FIRST_RAYS: u32 = 64;
 
-impl Earlier {
+impl PreviousLighting {
     /// Replaces what `gathered` holds for lights that were `before` by what is known for lights that are `now`: the same,
     /// scaled, if all lights change alike; what was gathered when they last were so; else nothing.
     pub fn relight(&mut self, gathered: &mut Gathers, before: Lighting, now: &Lighting) {

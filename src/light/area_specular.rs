@@ -1,9 +1,9 @@
 //! Highlights of area lights without occlusion.
 
-use super::area::{AreaSource, ClosedForm, Seen};
+use super::area::{AreaSource, ClosedForm, ProjectedPolygon};
 use super::area_sampler::Sampler;
 use super::facets::Facet;
-use super::phong::lobe;
+use crate::bsdf::lobe;
 use crate::math::luminance;
 use crate::math::phong_polygon::Lobe;
 use crate::math::sequence::Sequence;
@@ -139,7 +139,7 @@ impl ClosedForm<'_> {
 }
 
 /// Highlight of a polygon of radiance 1: nil outside the lobe; the lobe's mean over it if that is smooth there; else the contour integral.
-fn highlight(phong: &Lobe, polygon: &Seen<'_>, terms: &[DVec3]) -> f64 {
+fn highlight(phong: &Lobe, polygon: &ProjectedPolygon<'_>, terms: &[DVec3]) -> f64 {
     let (middle, least) = polygon.cone();
     let cosine = middle.dot(phong.axis);
     let nearest = cosine.clamp(-1.0, 1.0).acos() - least.acos();

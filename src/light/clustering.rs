@@ -1,4 +1,4 @@
-//! Which lights share a mesh: small ones near each other.
+//! Which lights share a group: small ones near each other.
 //!
 //! The visible fraction of a group is sampled at points of all its members, so what sharing costs grows with how far the members
 //! lie apart and with how much light each of a pair sends: cost = ½ ΣΣ w_i w_j |a_i − a_j|² over points a_i of light i, w its power.
@@ -9,7 +9,7 @@ use glam::DVec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// A light that may share a mesh.
+/// A light that may share a group.
 #[derive(Clone, Copy, Debug)]
 pub struct Candidate {
     /// Middle of a sphere that holds it.

@@ -1,12 +1,12 @@
 //! Area lights: connected emissive components, their unoccluded irradiance in closed form.
 
-use super::area_far::Distant;
+use super::area_distant::Distant;
 use super::area_sampler::{Cluster, Sampler};
+use super::bounds::LightBounds;
 use super::emission::Parts;
 use super::facets::{Facet, Facets, Outlines};
 use super::lights::Arrival;
-use super::panel::Panel;
-use super::reach::Reach;
+use super::quad::QuadLight;
 use super::silhouette::Silhouette;
 use crate::math::luminance;
 use crate::math::polygon::{edge_term, edges};
@@ -26,7 +26,7 @@ pub struct AreaSource {
     /// Groups of facets by place and direction, only where there are too many facets to weigh each.
     pub(super) clusters: Vec<Cluster>,
     /// The whole source if it is a parallelogram without a texture.
-    pub(super) panel: Option<Box<Panel>>,
+    pub(super) panel: Option<Box<QuadLight>>,
     pub(super) both_sides: bool,
     /// Area-mean radiance.
     radiance: Vec3,
@@ -36,7 +36,7 @@ pub struct AreaSource {
     /// Luminance of the mean radiance against the most that any point emits.
     mean_to_peak: f32,
     /// What it sends at most.
-    pub(super) reach: Reach,
+    pub(super) bounds: LightBounds,
     pub(super) centre: Vec3,
     pub(super) radius: f32,
     pub(super) distant: Distant,
@@ -72,10 +72,10 @@ impl AreaSource {
         let peak = first.map_or(0.0, |m| luminance(scene.peak_emission(m)));
         Self {
             distant: Distant::new(&outlines, centre, radius),
-            panel: if textured { None } else { Panel::new(&outlines).map(Box::new) },
+            panel: if textured { None } else { QuadLight::new(&outlines).map(Box::new) },
             outlines,
             silhouette,
-            reach: Reach::of_facets(&facets, (centre, radius), peak, both_sides),
+            bounds: LightBounds::of_facets(&facets, (centre, radius), peak, both_sides),
             mean_to_peak: luminance(radiance) / peak.max(f32::MIN_POSITIVE),
             facets,
             clusters,
@@ -199,7 +199,7 @@ impl AreaSource {
     /// What the luminance of the unoccluded irradiance at `x` on a surface of unit `normal` is, up to a factor of two or so beside
     /// the source; 0 only where no light can arrive.
     pub(super) fn strength(&self, x: Vec3, normal: Vec3) -> f32 {
-        let bound = self.reach.bound(x, normal) * self.mean_to_peak;
+        let bound = self.bounds.bound(x, normal) * self.mean_to_peak;
         if bound == 0.0 || !self.is_roughly_distant(x, normal) {
             return bound;
         }
@@ -219,14 +219,14 @@ impl AreaSource {
 #[derive(Clone, Debug)]
 pub struct ClosedForm<'a> {
     radiance: Vec3,
-    polygons: SmallVec<[Seen<'a>; 4]>,
+    polygons: SmallVec<[ProjectedPolygon<'a>; 4]>,
     /// Terms of the edges of all polygons (unit radiance), in order.
     terms: SmallVec<[DVec3; 24]>,
 }
 
 /// A polygon that faces the point.
 #[derive(Clone, Debug)]
-pub(super) struct Seen<'a> {
+pub(super) struct ProjectedPolygon<'a> {
     /// From the point to the first corner.
     pub base: DVec3,
     /// All corners relative to the first.
@@ -241,7 +241,7 @@ impl<'a> ClosedForm<'a> {
         let first = self.terms.len();
         self.terms.extend(edges(&corners).map(|(a, b)| edge_term(base + a, b - a) * sign));
         let vector = self.terms[first..].iter().sum();
-        self.polygons.push(Seen { base, corners, sign, vector });
+        self.polygons.push(ProjectedPolygon { base, corners, sign, vector });
     }
 
     /// Area-mean radiance of the source, W·sr⁻¹·m⁻².
@@ -270,7 +270,7 @@ impl<'a> ClosedForm<'a> {
     }
 
     /// The polygons that face the point, with the terms of their edges.
-    pub(super) fn polygons(&self) -> impl Iterator<Item = (&Seen<'a>, &[DVec3])> {
+    pub(super) fn polygons(&self) -> impl Iterator<Item = (&ProjectedPolygon<'a>, &[DVec3])> {
         self.polygons.iter().scan(&self.terms[..], |terms, polygon| {
             let (own, rest) = terms.split_at(polygon.corners.len());
             *terms = rest;
@@ -279,7 +279,7 @@ impl<'a> ClosedForm<'a> {
     }
 }
 
-impl Seen<'_> {
+impl ProjectedPolygon<'_> {
     /// A cone from the point that holds the polygon: its axis, and the cosine of its half angle (−1 around the point).
     pub(super) fn cone(&self) -> (DVec3, f64) {
         let middle = self.base + self.corners.iter().sum::<DVec3>() / self.corners.len() as f64;
