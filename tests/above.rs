@@ -6,7 +6,7 @@ mod shapes;
 
 use by_hand::{Mirror, drawn, engine_with, light, material, options, patch};
 use glam::Vec3;
-use penombre::cache::dynamic::SlotId;
+use penombre::cache::ids::SlotId;
 use penombre::math::luminance;
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
@@ -33,7 +33,7 @@ fn lit(scene: Scene, ids: &[TriangleId], (threads, rays): (usize, u64)) -> (Engi
 /// Slots of the visible faces, and those among them that have gathered.
 fn slots(engine: &Engine, ids: &[TriangleId]) -> (Vec<SlotId>, usize) {
     let cache = engine.cache();
-    let corners = |id: &TriangleId| cache.topology.nodes[cache.root_of(FaceId::new(*id, false)).unwrap().0].corners;
+    let corners = |id: &TriangleId| cache.topology.nodes[cache.root_of(FaceId::new(*id, false)).unwrap()].corners;
     let mut slots: Vec<SlotId> = ids.iter().flat_map(corners).collect();
     slots.sort_unstable();
     slots.dedup();
@@ -58,7 +58,7 @@ fn a_few_vertices_light_a_dense_sphere() {
     let (engine, ids, expected) = sphere(100_000);
     let (slots, sampled) = slots(&engine, &ids);
     let cache = engine.cache();
-    let lights: Vec<_> = slots.iter().map(|s| cache.slots[s.0].indirect).collect();
+    let lights: Vec<_> = slots.iter().map(|s| cache.slots[*s].indirect).collect();
     println!("{sampled} of {} gathered", slots.len());
     assert!(sampled < slots.len() / 4, "{sampled} of {}", slots.len());
     assert!(lights.iter().all(|l| l.known), "every vertex shows something");
@@ -114,7 +114,7 @@ fn threads_change_nothing() {
         let ids = icosphere(&mut scene, Vec3::ZERO, 2.0, 4, true, wall);
         light(&mut scene, LightKind::Point { position: Vec3::X, intensity: Vec3::ONE });
         let (engine, _) = lit(scene, &ids, (threads, 60_000));
-        (0..engine.cache().slots.end()).map(|i| engine.cache().slots[i].indirect).collect::<Vec<_>>()
+        engine.cache().slots.ids().map(|i| engine.cache().slots[i].indirect).collect::<Vec<_>>()
     });
     assert!(one == two);
 }

@@ -5,6 +5,8 @@ mod by_hand;
 
 use by_hand::{Mirror, bounces, drawn, engine_with, light, material, patch};
 use glam::Vec3;
+use penombre::cache::drawn_mesh::DrawnTriangle;
+use penombre::cache::ids::DrawnId;
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::light::context::SceneContext;
@@ -13,7 +15,7 @@ use penombre::math::luminance;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::refine::engine::{Budget, Counted, Visible};
 use penombre::refine::options::Options;
-use penombre::refine::update::{DrawnId, DrawnPixels, DrawnTriangle};
+use penombre::refine::update::DrawnPixels;
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::LightKind;
 use penombre::scene::{FaceId, Scene, TriangleId};

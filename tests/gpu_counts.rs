@@ -4,9 +4,11 @@
 mod support;
 
 use glam::Vec3;
-use penombre::cache::pixel_vertex::weights_on_ray;
+use penombre::cache::drawn_mesh::DrawnTriangle;
+use penombre::cache::ids::{DrawnId, SlotId};
+use penombre::cache::pixels::weights_on_ray;
 use penombre::pass::{FrameOptions, Renderer, UpdateMode};
-use penombre::refine::update::{DrawnId, DrawnPixels, DrawnTriangle, Patch, Slot, SlotId, Update};
+use penombre::refine::update::{DrawnPixels, Patch, Slot, Update};
 use penombre::scene::{Display, FaceId, Scene};
 use std::collections::HashMap;
 use support::*;

@@ -5,12 +5,14 @@
 mod support;
 
 use glam::{Vec2, Vec3};
+use penombre::cache::drawn_mesh::DrawnTriangle;
+use penombre::cache::ids::{DrawnId, SlotId};
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
-use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
+use penombre::refine::update::{Patch, Slot, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::light::{Light, LightKind};

@@ -7,7 +7,7 @@ mod shapes;
 use by_hand::{bounces, engine_with, front, gather_light, light, material, options, patch, refined, solve, triangle};
 use glam::Vec3;
 use penombre::cache::gather::{GatherJob, Gathered, gather};
-use penombre::cache::vertex::VertexId;
+use penombre::cache::ids::SlotId;
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::light::context::SceneContext;
@@ -15,7 +15,6 @@ use penombre::light::lights::Lights;
 use penombre::math::luminance;
 use penombre::refine::engine::Engine;
 use penombre::refine::options::Options;
-use penombre::refine::update::SlotId;
 use penombre::scene::light::LightKind;
 use penombre::scene::material::MaterialId;
 use penombre::scene::{FaceId, Scene, TriangleId};
@@ -25,14 +24,14 @@ use std::f32::consts::PI;
 /// Slots that gathered light themselves, in their order.
 fn sampled(engine: &Engine) -> Vec<SlotId> {
     let cache = engine.cache();
-    (0..cache.slots.end()).map(SlotId).filter(|&slot| cache.indirect.is_sampled(slot)).collect()
+    cache.slots.ids().filter(|&slot| cache.indirect.is_sampled(slot)).collect()
 }
 
 /// Indirect D of the slots of `faces`' corners.
 fn indirect(engine: &Engine, faces: &[FaceId]) -> Vec<Vec3> {
     let cache = engine.cache();
-    let corners = faces.iter().flat_map(|&f| cache.topology.nodes[cache.root_of(f).unwrap().0].corners);
-    corners.map(|slot| cache.slots[slot.0].indirect.diffuse).collect()
+    let corners = faces.iter().flat_map(|&f| cache.topology.nodes[cache.root_of(f).unwrap()].corners);
+    corners.map(|slot| cache.slots[slot].indirect.diffuse).collect()
 }
 
 /// Mean, and the largest distance from `expected` of any, both against it, by luminance.
@@ -105,7 +104,7 @@ fn sphere(filter: bool, rays: u64) -> (Vec<Vec3>, Vec3) {
     let flux = 4.0 * PI * Vec3::new(1.0, 2.0, 3.0);
     let mut engine = engine_with(scene, 2, Options { filter, ..bounces(2) });
     gather_light(&mut engine, &front(&ids), Vec3::ZERO, rays);
-    let values = sampled(&engine).into_iter().map(|slot| engine.cache().slots[slot.0].indirect.diffuse);
+    let values = sampled(&engine).into_iter().map(|slot| engine.cache().slots[slot].indirect.diffuse);
     (values.collect(), flux * albedo / (area * (1.0 - albedo)) / PI)
 }
 
@@ -126,7 +125,7 @@ fn what_paths_have_found_is_not_traced_again() {
     let mut engine = engine_with(scene, 2, bounces(2));
     gather_light(&mut engine, &front(&ids), Vec3::ZERO, 400_000);
     let cache = engine.cache();
-    let samples: u32 = (0..cache.vertices.end()).map(|v| cache.indirect.rays(VertexId(v))).sum();
+    let samples: u32 = cache.vertices.ids().map(|v| cache.indirect.rays(v)).sum();
     println!("{samples} samples");
     assert!(samples > 160_000, "{samples}");
 }
@@ -202,14 +201,14 @@ fn rounds_are_unbiased() {
     let mut engine = engine_with(scene.clone(), 1, options(0));
     solve(&mut engine, &[face], Vec3::Y);
     let cache = engine.cache();
-    let slot = cache.topology.nodes[cache.root_of(face).unwrap().0].corners[0];
+    let slot = cache.topology.nodes[cache.root_of(face).unwrap()].corners[0];
     let (bvh, lights) = (Bvh::build(&scene), Lights::new(&scene));
     for (first, rays) in [(0, 1), (0, 16), (16, 16), (32, 32), (100, 17)] {
         let estimates: Vec<f64> = (0..2000)
             .map(|seed| {
                 let context = SceneContext::new(&scene, &bvh, &lights, seed, scene.scale());
                 let mut out = Gathered::default();
-                let vertex = cache.slots[slot.0].vertex;
+                let vertex = cache.slots[slot].vertex;
                 gather(&context, cache, GatherJob { vertex, first, rays, method: Method::Stratified }, &mut out);
                 let (_, sum) = out.sums.iter().find(|(s, _)| *s == slot).unwrap();
                 f64::from(luminance(sum.irradiance()) / luminance(expected))
@@ -253,7 +252,7 @@ fn small_room(scale: f32, gain: f32) -> (Scene, Vec<TriangleId>) {
 /// Direct and indirect D of all slots.
 fn all_light(engine: &Engine) -> Vec<[Vec3; 2]> {
     let slots = &engine.cache().slots;
-    (0..slots.end()).map(|i| [slots[i].direct.diffuse, slots[i].indirect.diffuse]).collect()
+    slots.ids().map(|i| [slots[i].direct.diffuse, slots[i].indirect.diffuse]).collect()
 }
 
 #[test]
@@ -381,7 +380,7 @@ fn noise_is_judged_by_the_neighbours_too() {
     gather_light(&mut engine, &front(&ids), Vec3::ZERO, 200_000);
     let cache = engine.cache();
     // Deviations from the mean in standard errors: by its own rays alone a low sample seems far off, and is believed.
-    let lights: Vec<_> = sampled(&engine).into_iter().map(|slot| cache.slots[slot.0].indirect).collect();
+    let lights: Vec<_> = sampled(&engine).into_iter().map(|slot| cache.slots[slot].indirect).collect();
     let mean = lights.iter().map(|l| l.diffuse.y).sum::<f32>() / lights.len() as f32;
     let low = lights.iter().filter(|l| l.diffuse.y < mean - 4.0 * l.variance.sqrt()).count();
     println!("{low} of {} vertices are low and seem sure of it", lights.len());

@@ -5,6 +5,7 @@ mod by_hand;
 
 use by_hand::{Mirror, bounces, drawn, engine_with, front, refined};
 use glam::{Vec2, Vec3};
+use penombre::cache::ids::SlotId;
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::light::context::SceneContext;
@@ -13,7 +14,6 @@ use penombre::math::luminance;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
-use penombre::refine::update::SlotId;
 use penombre::scene::camera::{ImageSize, View};
 use penombre::scene::{FaceId, Scene, TriangleId, load};
 use std::collections::HashMap;
@@ -137,16 +137,16 @@ fn vertices_on_edges_of_coarser_leaves_get_their_rays() {
     // What a vertex shows of its noise, as squares times pixels, and whether all of that is in leaves that it is no corner of.
     let mut shown: HashMap<SlotId, (f32, bool)> = HashMap::new();
     for drawn in &picture.mirror.drawn {
-        let drawn = &cache.drawn[drawn.0];
-        let node = &cache.topology.nodes[drawn.node.0];
+        let drawn = &cache.drawn.triangles[*drawn];
+        let pixels = picture.engine.view().leaves[drawn.node].pixels;
         let own = cache.corner_vertices(cache.topology.indirect_leaf(drawn.node));
         for slot in drawn.triangle.slots.into_iter().filter(|&slot| cache.indirect.is_sampled(slot)) {
             let of_slot = shown.entry(slot).or_insert((0.0, true));
-            of_slot.0 += cache.slots[slot.0].indirect.variance * node.work.pixels / node.drawn.len() as f32;
-            of_slot.1 &= !own.contains(&cache.slots[slot.0].vertex) || node.work.pixels < 0.1;
+            of_slot.0 += cache.slots[slot].indirect.variance * pixels / cache.drawn.of_node(drawn.node).len() as f32;
+            of_slot.1 &= !own.contains(&cache.slots[slot].vertex) || pixels < 0.1;
         }
     }
-    let a_ray = |slot: &SlotId, shown: f32| shown / cache.indirect.rays(cache.slots[slot.0].vertex) as f32;
+    let a_ray = |slot: &SlotId, shown: f32| shown / cache.indirect.rays(cache.slots[*slot].vertex) as f32;
     // What nine in ten of them stay below.
     let most = |hanging: bool| {
         let mut keys: Vec<f32> =

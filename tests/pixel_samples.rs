@@ -5,11 +5,13 @@ mod by_hand;
 
 use by_hand::{Mirror, drawn, engine_with, light, material, options, patch};
 use glam::Vec3;
+use penombre::cache::drawn_mesh::DrawnTriangle;
+use penombre::cache::ids::DrawnId;
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::Options;
-use penombre::refine::update::{DrawnId, DrawnPixels, DrawnTriangle};
+use penombre::refine::update::DrawnPixels;
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::{FaceId, Scene, TriangleId};

@@ -4,10 +4,11 @@
 mod support;
 
 use glam::{Vec2, Vec3};
+use penombre::cache::ids::DrawnId;
 use penombre::pass::{
     Depth, DepthFormat, DepthOrder, FrameOptions, LuminanceLayers, Renderer, RendererOptions, UpdateMode,
 };
-use penombre::refine::update::{DrawnId, DrawnPixels};
+use penombre::refine::update::DrawnPixels;
 use penombre::scene::Scene;
 use penombre::scene::camera::{ImageSize, View};
 use penombre::vk::Device;

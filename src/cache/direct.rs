@@ -4,9 +4,9 @@
 //! sample: one for a delta light, stratified points for an area light. Fully lit and fully dark vertices are exact with a
 //! handful of rays; noise lives in penumbrae only.
 
-use super::dynamic::{Cache, SlotId};
-use super::topology::NodeId;
-use super::vertex::{Left, VertexId};
+use super::ids::{NodeId, SlotId, VertexId};
+use super::store::Cache;
+use super::vertex::Left;
 use super::visibility_prior;
 use crate::estimate::penumbra::Round;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
@@ -43,7 +43,7 @@ pub enum Wanted {
     Settle,
     /// One light group, traced closely because another vertex sees it otherwise.
     Confirm {
-        /// The mesh.
+        /// The light group.
         light: u32,
     },
     /// As many points again for lights that are partly visible.
@@ -55,7 +55,7 @@ pub enum Wanted {
 pub struct LightResult {
     /// The vertex.
     pub vertex: VertexId,
-    /// The light's mesh.
+    /// The light group.
     pub light: u32,
     /// Visibility including the new points.
     pub visibility: Visibility,
@@ -113,7 +113,7 @@ pub fn visit(context: &SceneContext<'_>, cache: &Cache, job: Job, out: &mut Resu
         Wanted::Settle => {
             let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
             for light in 0..context.lights.group_count() as u32 {
-                let known = cache.layers[light as usize].visibility.get(job.vertex.0);
+                let known = cache.layers[light as usize].visibility.get(job.vertex);
                 if context.lights.group_is_on(light as usize) && open(known) {
                     sample(context, cache, (job.vertex, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
                 }
@@ -132,7 +132,7 @@ fn first_visit(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: V
     let dark = out.lights[before..]
         .iter()
         .all(|result| result.visibility.fraction() == 0.0 || !context.lights.group_is_on(result.light as usize));
-    if context.is_covered(&cache.vertices[id.0].shading_point(), dark, &mut out.rays) {
+    if context.is_covered(&cache.vertices[id].shading_point(), dark, &mut out.rays) {
         out.covered.push(id);
     }
 }
@@ -140,7 +140,7 @@ fn first_visit(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: V
 /// Goes through all lights, those of which most is at stake first: those that together matter little are guessed.
 fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: VertexKind, out: &mut Results) {
     let mut open: SmallVec<[Open; 128]> = SmallVec::new();
-    let around = cache.odds.place(&cache.vertices[id.0]);
+    let around = cache.prior.cells_of(&cache.vertices[id]);
     for (loaded, light) in strengths(context, cache, id) {
         let settled = if loaded == 0.0 {
             Some(0.0)
@@ -178,9 +178,9 @@ fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: 
 
 /// Share of a light that a vertex may be expected to see, by what others around it and the corners of its node do.
 fn odds(cache: &Cache, around: visibility_prior::PriorCells, place: VertexKind, light: u32) -> f32 {
-    let odds = cache.odds.at(around, light);
+    let odds = cache.prior.at(around, light);
     let VertexKind::Middle(node, _) = place else { return odds };
-    let corners = cache.corner_vertices(node).map(|v| cache.layers[light as usize].visibility.get(v.0));
+    let corners = cache.corner_vertices(node).map(|v| cache.layers[light as usize].visibility.get(v));
     let known = || corners.iter().filter(|corner| corner.is_settled());
     (odds + known().map(|corner| corner.fraction()).sum::<f32>()) / (1 + known().count()) as f32
 }
@@ -190,11 +190,11 @@ fn odds(cache: &Cache, around: visibility_prior::PriorCells, place: VertexKind, 
 fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
     let layer = &cache.layers[light as usize].visibility;
     let points = |slot: SlotId| {
-        let known = layer.get(cache.slots[slot.0].vertex.0);
+        let known = layer.get(cache.slots[slot].vertex);
         if known.is_partial() { known.points / 2 } else { 0 }
     };
     let between =
-        cache.slots_of(id).filter_map(|slot| cache.slots[slot.0].between.as_ref()).filter(|between| !between.coarse);
+        cache.slots_of(id).filter_map(|slot| cache.slots[slot].between.as_ref()).filter(|between| !between.coarse);
     between.flat_map(|between| &between.of).map(|&(slot, _)| points(slot)).max().unwrap_or(0)
 }
 
@@ -220,8 +220,8 @@ fn strengths(context: &SceneContext<'_>, cache: &Cache, id: VertexId) -> SmallVe
 }
 
 fn strength(cache: &Cache, id: VertexId, light: LightGroup<'_>) -> f32 {
-    let position = cache.vertices[id.0].position;
-    let at_slot = |slot: SlotId| light.strength(position, cache.slots[slot.0].normal);
+    let position = cache.vertices[id].position;
+    let at_slot = |slot: SlotId| light.strength(position, cache.slots[slot].normal);
     cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
 }
 
@@ -253,7 +253,7 @@ fn in_turns(light: LightGroup<'_>, points: u32) -> u32 {
 fn settled(cache: &Cache, (emitter, light): (LightGroup<'_>, u32), place: VertexKind) -> Option<f32> {
     let VertexKind::Middle(node, true) = place else { return None };
     let layer = &cache.layers[light as usize].visibility;
-    let corners = cache.corner_vertices(node).map(|v| layer.get(v.0));
+    let corners = cache.corner_vertices(node).map(|v| layer.get(v));
     let first = corners[0].fraction();
     let known = corners.iter().all(|corner| corner.is_settled());
     let agree = corners.iter().all(|c| c.fraction() == first) && (first == 0.0 || first == 1.0);
@@ -280,7 +280,7 @@ fn sample(
         }
         return round.finish(out);
     }
-    let vertex = &cache.vertices[id.0];
+    let vertex = &cache.vertices[id];
     let shading_point = vertex.shading_point();
     let mut visibility = Visibility::default();
     let visible = context.points(&shading_point, light as usize).sample(context.scene, 0).is_some_and(|arrival| {
@@ -309,7 +309,7 @@ fn confirm(context: &SceneContext<'_>, cache: &Cache, (id, light): (VertexId, u3
         return sample(context, cache, (id, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
     }
     let points = if is_strong(context, cache, (id, light)) { STRONG_POINTS } else { PENUMBRA_POINTS };
-    let known = cache.layers[light as usize].visibility.get(id.0);
+    let known = cache.layers[light as usize].visibility.get(id);
     let mut round = Tracing::new(context, cache, (id, light), known, out);
     round.trace(in_turns(emitter, points), out);
     round.finish(out);
@@ -318,7 +318,7 @@ fn confirm(context: &SceneContext<'_>, cache: &Cache, (id, light): (VertexId, u3
 /// Traces as many points again of each area light that is partly visible.
 fn double(context: &SceneContext<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
     for (light, emitter) in (0_u32..).zip(context.lights.groups()) {
-        let known = cache.layers[light as usize].visibility.get(id.0);
+        let known = cache.layers[light as usize].visibility.get(id);
         if context.lights.group_is_on(light as usize) && is_doubled(emitter, known) {
             let mut round = Tracing::new(context, cache, (id, light), known, out);
             round.trace(known.points * 2, out);
@@ -348,7 +348,7 @@ impl Left {
     }
 }
 
-/// A round of points of one mesh, of an area light or a group, at one vertex.
+/// A round of points of one light group at one vertex.
 struct Tracing<'a> {
     context: &'a SceneContext<'a>,
     cache: &'a Cache,
@@ -375,12 +375,12 @@ impl<'a> Tracing<'a> {
 
     /// Adds points until there are `until`.
     fn trace(&mut self, until: u32, out: &mut Results) {
-        let shading_point = self.cache.vertices[self.id.0].shading_point();
+        let shading_point = self.cache.vertices[self.id].shading_point();
         let points = self.context.points(&shading_point, self.light as usize);
         while self.visibility.points < until {
             let arrival = points.sample(self.context.scene, self.visibility.points);
             let lit = arrival
-                .filter(|a| self.cache.slots_of(self.id).any(|s| self.cache.slots[s.0].normal.dot(a.direction) > 0.0));
+                .filter(|a| self.cache.slots_of(self.id).any(|s| self.cache.slots[s].normal.dot(a.direction) > 0.0));
             // Points that no normal faces carry no weight; as visible ones they do not pretend a penumbra.
             let visible = lit.is_none_or(|a| {
                 out.rays += 1;
@@ -406,7 +406,7 @@ impl<'a> Tracing<'a> {
 /// Adds the light of a point to the sums of slots.
 pub(super) fn weigh(cache: &Cache, arrival: &Arrival, visible: bool, sums: &mut [(SlotId, AreaSum)]) {
     for (slot, sum) in sums {
-        let cosine = cache.slots[slot.0].normal.dot(arrival.direction).max(0.0);
+        let cosine = cache.slots[*slot].normal.dot(arrival.direction).max(0.0);
         sum.unoccluded += luminance(arrival.facing) * cosine;
         if visible {
             sum.visible += arrival.facing * cosine;
@@ -417,26 +417,26 @@ pub(super) fn weigh(cache: &Cache, arrival: &Arrival, visible: bool, sums: &mut 
 /// Writes results into the cache, in order (the engine alone, phase "apply").
 pub fn apply(cache: &mut Cache, results: &Results) {
     for vertex in &results.covered {
-        cache.vertices[vertex.0].progress.covered = true;
+        cache.vertices[*vertex].progress.covered = true;
     }
     let mut sums = results.sums.as_slice();
     let mut cells = (None, [0; 3]);
     for result in &results.lights {
-        let before = cache.layers[result.light as usize].visibility.get(result.vertex.0);
+        let before = cache.layers[result.light as usize].visibility.get(result.vertex);
         if result.visibility.origin == Origin::Sampled && before.points == 0 {
             if cells.0 != Some(result.vertex) {
-                cells = (Some(result.vertex), cache.odds.cells(&cache.vertices[result.vertex.0]));
+                cells = (Some(result.vertex), cache.prior.cells(&cache.vertices[result.vertex]));
             }
-            cache.odds.note(cells.1, result.light, result.visibility.fraction());
+            cache.prior.note(cells.1, result.light, result.visibility.fraction());
         }
         let (own, rest) = sums.split_at(result.sums as usize);
         sums = rest;
         note_rounds(cache, result, before, own);
         let layer = &mut cache.layers[result.light as usize];
-        *layer.visibility.entry(result.vertex.0) = result.visibility;
-        cache.vertices[result.vertex.0].progress.traced |= result.visibility.origin == Origin::Sampled;
+        *layer.visibility.entry(result.vertex) = result.visibility;
+        cache.vertices[result.vertex].progress.traced |= result.visibility.origin == Origin::Sampled;
         for &(slot, sum) in own {
-            let entry = layer.sums.entry(slot.0);
+            let entry = layer.sums.entry(slot);
             entry.visible += sum.visible;
             entry.unoccluded += sum.unoccluded;
         }
@@ -452,7 +452,7 @@ fn note_rounds(cache: &mut Cache, result: &LightResult, before: Visibility, sums
     let round =
         |sum: AreaSum| (sum.unoccluded > 0.0).then(|| Round { points, share: luminance(sum.visible) / sum.unoccluded });
     let layer = &cache.layers[result.light as usize].sums;
-    let told = sums.iter().find_map(|&(slot, sum)| Some([round(layer.get(slot.0))?, round(sum)?]));
+    let told = sums.iter().find_map(|&(slot, sum)| Some([round(layer.get(slot))?, round(sum)?]));
     if let Some([before, more]) = told {
         cache.penumbrae.note(result.light, before, more);
     }

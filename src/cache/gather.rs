@@ -4,10 +4,10 @@
 //! Rounds continue one low-discrepancy sequence a vertex, so they add up and each is unbiased but for what the grid gets
 //! wrong at hits. (The adaptive methods, there to be compared, are biased round by round.)
 
-use super::dynamic::{Cache, SlotId};
-use super::indirect::Round;
+use super::ids::{SlotId, VertexId};
+use super::indirect_layer::Round;
 use super::radiance_grid::{CellKey, Deposit, RadianceGrid};
-use super::vertex::VertexId;
+use super::store::Cache;
 use crate::estimate::hemisphere::{self, Method};
 use crate::estimate::light_vector::LightVector;
 use crate::estimate::surface::DiffusePoint;
@@ -52,10 +52,10 @@ const INDIRECT: u32 = u32::MAX - 1;
 
 /// Does a job.
 pub fn gather(context: &SceneContext<'_>, cache: &Cache, job: GatherJob, out: &mut Gathered) {
-    let shading_point = cache.vertices[job.vertex.0].shading_point();
+    let shading_point = cache.vertices[job.vertex].shading_point();
     let start = out.sums.len();
     out.sums.extend(cache.slots_of(job.vertex).map(|slot| (slot, LightVector::default())));
-    let normals: SmallVec<[Vec3; 8]> = out.sums[start..].iter().map(|(slot, _)| cache.slots[slot.0].normal).collect();
+    let normals: SmallVec<[Vec3; 8]> = out.sums[start..].iter().map(|(slot, _)| cache.slots[*slot].normal).collect();
     let sequence = context.sequence(&shading_point, INDIRECT);
     let Gathered { sums, rays, deposits, .. } = out;
     let radiance = |index, direction| {

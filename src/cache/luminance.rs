@@ -1,6 +1,8 @@
 //! Luminance shown at a slot, from the samples of its vertex: no ray is traced here.
 
-use super::dynamic::{Cache, SlotId};
+use super::ids::SlotId;
+use super::slot::Luminance;
+use super::store::Cache;
 use super::vertex::{Left, Vertex};
 use crate::bsdf::lobe;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
@@ -50,8 +52,8 @@ const COLOURLESS: f32 = 1e-3;
 /// unoccluded ones times the visibility of the remembered points, weighted by the lobe (method 2).
 #[must_use]
 pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown {
-    let record = &cache.slots[slot.0];
-    let vertex = &cache.vertices[record.vertex.0];
+    let record = &cache.slots[slot];
+    let vertex = &cache.vertices[record.vertex];
     let place = LitSlot {
         context,
         vertex,
@@ -69,11 +71,11 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
         if factor == Vec3::ZERO {
             continue;
         }
-        let visibility = layer.visibility.get(record.vertex.0);
+        let visibility = layer.visibility.get(record.vertex);
         left.add(emitter, visibility);
         let spread = spread(emitter, visibility, |points| cache.penumbrae.gain(light as u32, points));
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
-            let samples = Samples { light, visibility, sum: layer.sums.get(slot.0) };
+            let samples = Samples { light, visibility, sum: layer.sums.get(slot) };
             let part = match emitter {
                 LightGroup::Single(Source::Delta(kind)) => place.delta(kind, visibility.fraction()),
                 LightGroup::Single(Source::Area(area)) if visibility.is_unlikely() => place.rough(area, visibility),
@@ -85,6 +87,21 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
     }
     let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
     Shown { diffuse, specular: sum.specular, left }
+}
+
+impl Cache {
+    /// Keeps what direct light was found to show at a slot, in any view.
+    pub fn note_direct(&mut self, slot: SlotId, shown: &Shown) {
+        let record = &mut self.slots[slot];
+        let progress = &mut self.vertices[record.vertex].progress;
+        record.direct = Luminance {
+            diffuse: shown.diffuse.value,
+            variance: shown.diffuse.variance,
+            known: progress.visited,
+            ..Luminance::default()
+        };
+        progress.left = shown.left;
+    }
 }
 
 /// Light of one source at a slot.

@@ -1,11 +1,14 @@
-//! The light cache: base vertices, their samples for each light, and the dynamic mesh that is drawn.
+//! The light cache: what is true of the light in a scene whatever is looked at.
 
+pub mod coarse_grids;
 pub mod coarse_levels;
 pub mod direct;
-pub mod dynamic;
-pub mod filter;
+pub mod drawn_mesh;
+mod filter;
 pub mod gather;
+pub mod ids;
 pub mod indirect;
+pub mod indirect_layer;
 pub mod layer;
 pub mod luminance;
 pub mod pixel_vertex;
@@ -14,6 +17,9 @@ pub mod pool;
 pub mod previous_lighting;
 pub mod radiance_grid;
 pub mod reweight;
+pub mod slot;
+pub mod split;
+pub mod store;
 pub mod topology;
 pub mod vertex;
 pub mod visibility_prior;

@@ -1,116 +1,192 @@
-//! Index arena with a free list: what every structure of the cache is stored in.
+//! Arenas and tables with typed indices: what every structure of the cache is stored in.
 
-/// Values addressed by recyclable 32-bit indices.
+use super::ids::Id;
+use std::marker::PhantomData;
+use std::ops::{Index, IndexMut};
+
+/// Values addressed by recyclable indices.
 #[derive(Clone, Debug)]
-pub struct Pool<T> {
+pub struct Pool<I, T> {
     items: Vec<T>,
     free: Vec<u32>,
+    /// First places of free blocks of four.
+    free_fours: Vec<u32>,
+    id: PhantomData<I>,
 }
 
-impl<T> Default for Pool<T> {
+impl<I, T> Default for Pool<I, T> {
     fn default() -> Self {
-        Self { items: Vec::new(), free: Vec::new() }
+        Self { items: Vec::new(), free: Vec::new(), free_fours: Vec::new(), id: PhantomData }
     }
 }
 
-impl<T> Pool<T> {
+impl<I: Id, T> Pool<I, T> {
     /// Stores a value, in a freed place if there is one.
-    pub fn insert(&mut self, value: T) -> u32 {
-        if let Some(index) = self.free.pop() {
-            self.items[index as usize] = value;
-            return index;
+    pub fn insert(&mut self, value: T) -> I {
+        if let Some(number) = self.free.pop() {
+            self.items[number as usize] = value;
+            return I::new(number);
         }
         self.items.push(value);
-        (self.items.len() - 1) as u32
+        I::new((self.items.len() - 1) as u32)
     }
 
     /// Gives a place back. Its value stays readable until it is reused.
-    pub fn remove(&mut self, index: u32) {
-        debug_assert!(!self.free.contains(&index), "index {index} freed twice");
-        self.free.push(index);
+    pub fn remove(&mut self, id: I) {
+        debug_assert!(!self.free.contains(&id.number()), "index {} freed twice", id.number());
+        self.free.push(id.number());
     }
 
-    /// One past the largest index handed out.
-    #[must_use]
-    pub fn end(&self) -> u32 {
-        self.items.len() as u32
+    /// Every index handed out, those of places given back included.
+    pub fn ids(&self) -> impl Iterator<Item = I> + use<I, T> {
+        (0..self.items.len() as u32).map(I::new)
     }
 
     /// Number of live values.
     #[must_use]
     pub fn live(&self) -> usize {
-        self.items.len() - self.free.len()
+        self.items.len() - self.free.len() - 4 * self.free_fours.len()
     }
 
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.items.capacity() * size_of::<T>() + self.free.capacity() * 4
+        self.items.capacity() * size_of::<T>() + (self.free.capacity() + self.free_fours.capacity()) * 4
     }
 }
 
-impl<T> std::ops::Index<u32> for Pool<T> {
+impl<I: Id, T> Index<I> for Pool<I, T> {
     type Output = T;
-    fn index(&self, index: u32) -> &T {
-        &self.items[index as usize]
+
+    fn index(&self, id: I) -> &T {
+        &self.items[id.index()]
     }
 }
 
-impl<T> std::ops::IndexMut<u32> for Pool<T> {
-    fn index_mut(&mut self, index: u32) -> &mut T {
-        &mut self.items[index as usize]
+impl<I: Id, T> IndexMut<I> for Pool<I, T> {
+    fn index_mut(&mut self, id: I) -> &mut T {
+        &mut self.items[id.index()]
+    }
+}
+
+impl<I: Id, T> Pool<I, T> {
+    /// Stores four values side by side and returns the first's index. They are given back together, so that single free
+    /// places never break a block.
+    pub fn insert_four(&mut self, values: [T; 4]) -> I {
+        let first = match self.free_fours.pop() {
+            Some(number) => {
+                (number as usize..).zip(values).for_each(|(at, value)| self.items[at] = value);
+                number
+            }
+            None => {
+                self.items.extend(values);
+                (self.items.len() - 4) as u32
+            }
+        };
+        I::new(first)
+    }
+
+    /// Gives four places back that were stored by [`Self::insert_four`].
+    pub fn remove_four(&mut self, first: I) {
+        debug_assert!(!self.free_fours.contains(&first.number()), "block {} freed twice", first.number());
+        self.free_fours.push(first.number());
+    }
+}
+
+/// Values at all indices up to the largest written, the default beyond.
+#[derive(Clone, Debug)]
+pub struct Table<I, T> {
+    items: Vec<T>,
+    default: T,
+    id: PhantomData<I>,
+}
+
+impl<I, T: Default> Default for Table<I, T> {
+    fn default() -> Self {
+        Self { items: Vec::new(), default: T::default(), id: PhantomData }
+    }
+}
+
+impl<I, T> Table<I, T> {
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.items.capacity() * size_of::<T>()
+    }
+
+    /// All values up to the largest index written.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut T> {
+        self.items.iter_mut()
+    }
+}
+
+impl<I: Id, T> Index<I> for Table<I, T> {
+    type Output = T;
+
+    fn index(&self, id: I) -> &T {
+        self.items.get(id.index()).unwrap_or(&self.default)
+    }
+}
+
+impl<I: Id, T: Clone> IndexMut<I> for Table<I, T> {
+    fn index_mut(&mut self, id: I) -> &mut T {
+        if id.index() >= self.items.len() {
+            self.items.resize(id.index() + 1, self.default.clone());
+        }
+        &mut self.items[id.index()]
     }
 }
 
 /// Values at scattered indices, in pages that exist only where something was written.
 #[derive(Clone, Debug)]
-pub struct Sparse<T> {
+pub struct Sparse<I, T> {
     pages: Vec<Option<Box<[T; PAGE]>>>,
+    id: PhantomData<I>,
 }
 
 /// Values a page.
 const PAGE: usize = 64;
 
-impl<T> Default for Sparse<T> {
+impl<I, T> Default for Sparse<I, T> {
     fn default() -> Self {
-        Self { pages: Vec::new() }
+        Self { pages: Vec::new(), id: PhantomData }
     }
 }
 
-impl<T: Default + Copy> Sparse<T> {
-    /// The value at `index`, the default where none was written.
+impl<I: Id, T: Default + Copy> Sparse<I, T> {
+    /// The value at `id`, the default where none was written.
     #[must_use]
-    pub fn get(&self, index: u32) -> T {
-        match self.pages.get(index as usize / PAGE) {
-            Some(Some(page)) => page[index as usize % PAGE],
+    pub fn get(&self, id: I) -> T {
+        match self.pages.get(id.index() / PAGE) {
+            Some(Some(page)) => page[id.index() % PAGE],
             _ => T::default(),
         }
     }
 
-    /// The value at `index`, to write.
-    pub fn entry(&mut self, index: u32) -> &mut T {
-        let page = index as usize / PAGE;
+    /// The value at `id`, to write.
+    pub fn entry(&mut self, id: I) -> &mut T {
+        let page = id.index() / PAGE;
         if page >= self.pages.len() {
             self.pages.resize_with(page + 1, || None);
         }
         let page = self.pages[page].get_or_insert_with(|| Box::new([T::default(); PAGE]));
-        &mut page[index as usize % PAGE]
+        &mut page[id.index() % PAGE]
     }
 
     /// Back to the default.
-    pub fn reset(&mut self, index: u32) {
-        if let Some(Some(page)) = self.pages.get_mut(index as usize / PAGE) {
-            page[index as usize % PAGE] = T::default();
+    pub fn reset(&mut self, id: I) {
+        if let Some(Some(page)) = self.pages.get_mut(id.index() / PAGE) {
+            page[id.index() % PAGE] = T::default();
         }
     }
 
     /// Visits the values of all pages, with their indices: those written, and defaults beside them.
-    pub fn for_each_mut(&mut self, mut visit: impl FnMut(u32, &mut T)) {
+    pub fn for_each_mut(&mut self, mut visit: impl FnMut(I, &mut T)) {
         for (page, first) in self.pages.iter_mut().zip((0..).step_by(PAGE)) {
             page.iter_mut()
                 .flat_map(|page| page.iter_mut())
                 .zip(first..)
-                .for_each(|(value, index)| visit(index, value));
+                .for_each(|(value, number)| visit(I::new(number), value));
         }
     }
 
@@ -124,24 +200,50 @@ impl<T: Default + Copy> Sparse<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::ids::VertexId;
     use super::*;
 
     #[test]
     fn freed_places_are_reused_before_new_ones() {
-        let mut pool = Pool::default();
+        let mut pool = Pool::<VertexId, char>::default();
         let (a, b) = (pool.insert('a'), pool.insert('b'));
         pool.remove(a);
-        assert_eq!((pool.live(), pool.end()), (1, 2));
+        assert_eq!((pool.live(), pool.ids().count()), (1, 2));
         assert_eq!(pool.insert('c'), a);
-        assert_eq!((pool[a], pool[b], pool.end()), ('c', 'b', 2));
+        assert_eq!((pool[a], pool[b], pool.ids().count()), ('c', 'b', 2));
+    }
+
+    #[test]
+    fn four_stay_side_by_side_whatever_was_freed() {
+        let mut pool = Pool::<VertexId, u32>::default();
+        let single = pool.insert(0);
+        let first = pool.insert_four([1, 2, 3, 4]);
+        let second = pool.insert_four([5, 6, 7, 8]);
+        pool.remove(single);
+        pool.remove_four(first);
+        assert_eq!(pool.live(), 4);
+        let again = pool.insert_four([10, 11, 12, 13]);
+        assert_eq!(again, first, "a freed block is used again");
+        let fresh = pool.insert_four([20, 21, 22, 23]);
+        let block = |first: VertexId| (0..4).map(|i| pool[VertexId(first.0 + i)]).collect::<Vec<_>>();
+        assert_eq!((block(again), block(second)), (vec![10, 11, 12, 13], vec![5, 6, 7, 8]));
+        assert_eq!(block(fresh), [20, 21, 22, 23], "the single free place is not among them");
+    }
+
+    #[test]
+    fn tables_hold_the_default_where_nothing_was_written() {
+        let mut table = Table::<VertexId, u32>::default();
+        table[VertexId(3)] = 7;
+        assert_eq!([2, 3, 100].map(|i| table[VertexId(i)]), [0, 7, 0]);
     }
 
     #[test]
     fn sparse_pages_exist_only_where_written() {
-        let mut sparse = Sparse::<u32>::default();
-        assert_eq!(sparse.get(1_000_000), 0);
-        *sparse.entry(1_000_000) = 5;
-        assert_eq!((sparse.get(1_000_000), sparse.get(999_999)), (5, 0));
+        let mut sparse = Sparse::<VertexId, u32>::default();
+        let far = VertexId(1_000_000);
+        assert_eq!(sparse.get(far), 0);
+        *sparse.entry(far) = 5;
+        assert_eq!((sparse.get(far), sparse.get(VertexId(999_999))), (5, 0));
         assert!(sparse.bytes() < 300_000);
     }
 }

@@ -1,9 +1,8 @@
 //! Indirect light gathered before the lights changed: shown until new rounds take its place, and taken up again when the
 //! lights go back to what they were (method 6: light is linear in what the sources emit).
 
-use super::dynamic::SlotId;
+use super::ids::{SlotId, VertexId};
 use super::pool::Sparse;
-use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
 use crate::light::lights::Lighting;
 use glam::Vec3;
@@ -12,11 +11,11 @@ use glam::Vec3;
 #[derive(Clone, Debug, Default)]
 pub struct Gathers {
     /// Rays by vertex.
-    pub rays: Sparse<u32>,
+    pub rays: Sparse<VertexId, u32>,
     /// Sums over those rays, by slot.
-    pub sums: Sparse<LightVector>,
+    pub sums: Sparse<SlotId, LightVector>,
     /// By midpoint: expected square deviation of D from what its edge's ends predict, luminance²; 0 where nothing is known.
-    pub expected: Sparse<f32>,
+    pub expected: Sparse<VertexId, f32>,
 }
 
 /// What is left of other lightings.
@@ -25,7 +24,7 @@ pub struct PreviousLighting {
     /// What was gathered just before, whole: a light that is switched back on has lost nothing.
     before: Option<(Lighting, Gathers)>,
     /// What is known from longer ago, newest first come, for lights of 1 W together.
-    guess: Sparse<LightVector>,
+    guess: Sparse<SlotId, LightVector>,
     /// What all lights emit now, W.
     power: Vec3,
 }
@@ -76,24 +75,24 @@ impl PreviousLighting {
     pub fn guess(&self, slot: SlotId) -> Option<LightVector> {
         let sampled = |sum: &LightVector| sum.samples() > 0;
         let lit = self.before.as_ref().filter(|(lighting, _)| lighting.power != Vec3::ZERO);
-        let newest = lit.map(|(lighting, gathers)| (gathers.sums.get(slot.0), ratio(self.power, lighting.power)));
+        let newest = lit.map(|(lighting, gathers)| (gathers.sums.get(slot), ratio(self.power, lighting.power)));
         let (sum, factor) =
-            newest.filter(|(sum, _)| sampled(sum)).unwrap_or_else(|| (self.guess.get(slot.0), self.power));
+            newest.filter(|(sum, _)| sampled(sum)).unwrap_or_else(|| (self.guess.get(slot), self.power));
         sampled(&sum).then(|| sum.scaled(factor))
     }
 
     /// Rays of the first round at a vertex under the present lights, `least` or more.
     #[must_use]
     pub fn first_rays(&self, vertex: VertexId, least: u32) -> u32 {
-        let before = self.before.as_ref().map_or(0, |(_, gathers)| gathers.rays.get(vertex.0));
+        let before = self.before.as_ref().map_or(0, |(_, gathers)| gathers.rays.get(vertex));
         (before / FIRST_SHARE).clamp(least, MOST_FIRST_RAYS.max(least))
     }
 
     /// Forgets what was gathered at a vertex of one slot.
     pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
         self.before.iter_mut().for_each(|(_, gathers)| gathers.forget(vertex, slot));
-        if self.guess.get(slot.0).samples() > 0 {
-            *self.guess.entry(slot.0) = LightVector::default();
+        if self.guess.get(slot).samples() > 0 {
+            *self.guess.entry(slot) = LightVector::default();
         }
     }
 
@@ -107,9 +106,9 @@ impl PreviousLighting {
 impl Gathers {
     /// Forgets what a vertex of one slot holds.
     pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
-        if self.rays.get(vertex.0) > 0 {
-            *self.rays.entry(vertex.0) = 0;
-            *self.sums.entry(slot.0) = LightVector::default();
+        if self.rays.get(vertex) > 0 {
+            *self.rays.entry(vertex) = 0;
+            *self.sums.entry(slot) = LightVector::default();
         }
     }
 

@@ -4,7 +4,7 @@
 //! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes within
 //! a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
 
-use super::visibility_prior::side;
+use crate::math::nearest_axis;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use std::f32::consts::PI;
@@ -82,7 +82,7 @@ impl RadianceGrid {
         let wanted = SHARE * distance / self.diagonal;
         let level = (-wanted.log2()).ceil().clamp(0.0, FINEST) as u8 + DEPTH - 1;
         let place = (position - self.origin) / self.edge(level);
-        CellKey { place: place.to_array().map(|p| p as u16), level, side: side(facing) }
+        CellKey { place: place.to_array().map(|p| p as u16), level, side: nearest_axis(facing) }
     }
 
     fn edge(&self, level: u8) -> f32 {

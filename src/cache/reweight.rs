@@ -5,16 +5,16 @@
 //! something; other fractions become guesses, which are traced again when that is what costs most.
 
 use super::direct::weigh;
-use super::dynamic::{Cache, SlotId};
-use super::vertex::VertexId;
+use super::ids::{SlotId, VertexId};
+use super::store::Cache;
 use crate::estimate::visibility::{AreaSum, Origin, REMEMBERED, Visibility};
 use crate::light::context::SceneContext;
 use smallvec::SmallVec;
 
 /// Weighs what is known of a light group at all vertices by what its sources count times now.
 pub fn reweight(context: &SceneContext<'_>, cache: &mut Cache, light: usize) {
-    for vertex in (0..cache.vertices.end()).map(VertexId) {
-        let known = cache.layers[light].visibility.get(vertex.0);
+    for vertex in cache.vertices.ids() {
+        let known = cache.layers[light].visibility.get(vertex);
         if known.origin != Origin::Sampled {
             continue;
         }
@@ -24,11 +24,11 @@ pub fn reweight(context: &SceneContext<'_>, cache: &mut Cache, light: usize) {
             none(cache, vertex)
         };
         let layer = &mut cache.layers[light];
-        sums.into_iter().for_each(|(slot, sum)| *layer.sums.entry(slot.0) = sum);
+        sums.into_iter().for_each(|(slot, sum)| *layer.sums.entry(slot) = sum);
         if known.points > REMEMBERED {
             let fraction = known.fraction();
             let origin = if fraction == 0.0 || fraction == 1.0 { Origin::Inferred } else { Origin::Deferred };
-            *layer.visibility.entry(vertex.0) = Visibility::taken_over(origin, fraction);
+            *layer.visibility.entry(vertex) = Visibility::taken_over(origin, fraction);
         }
     }
 }
@@ -42,7 +42,7 @@ fn none(cache: &Cache, vertex: VertexId) -> Sums {
 /// The sums over remembered points.
 fn sums_anew(context: &SceneContext<'_>, cache: &Cache, (vertex, light): (VertexId, usize), known: Visibility) -> Sums {
     let mut sums = none(cache, vertex);
-    let points = context.points(&cache.vertices[vertex.0].shading_point(), light);
+    let points = context.points(&cache.vertices[vertex].shading_point(), light);
     for (index, visible) in known.remembered() {
         if let Some(arrival) = points.sample(context.scene, index) {
             weigh(cache, &arrival, visible, &mut sums);

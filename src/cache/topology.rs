@@ -1,24 +1,13 @@
-//! The hierarchy shared by all meshes: each face is the root of a tree, a node splits into four by its edges' midpoints,
+//! The hierarchy shared by all layers: each face is the root of a tree, a node splits into four by its edges' midpoints,
 //! always the same way, so that neighbours share vertices (method 3).
 //!
 //! Leaves on both sides of an edge stay within one level of each other: a leaf's edge has at most one midpoint that finer
 //! neighbours use, and is drawn through it.
 
-use super::dynamic::{DrawnId, SlotId};
-use super::pixel_vertex::PixelVertex;
+use super::ids::{EdgeId, NodeId, SlotId, VertexId};
 use super::pool::Pool;
-use super::vertex::VertexId;
 use crate::scene::FaceId;
-use glam::Vec3;
 use rustc_hash::FxHashMap;
-
-/// Index of a node of the hierarchy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct NodeId(pub u32);
-
-/// Index of an edge of the hierarchy.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct EdgeId(pub u32);
 
 /// Nodes are split this often without asking whether midpoints of f32 positions stay apart.
 pub const SAFE_LEVEL: u8 = 16;
@@ -36,98 +25,64 @@ pub struct Node {
     pub level: u8,
     /// The node it came from.
     pub parent: Option<NodeId>,
-    /// The first of its four children; they are consecutive. A node without is a leaf.
-    pub child: Option<NodeId>,
-    /// The triangles it is drawn as, if it is a leaf: one, or several through the midpoints on its edges.
-    pub drawn: Vec<DrawnId>,
-    /// The vertex inside it, if it needed one.
-    pub inner: Option<PixelVertex>,
-    /// Refinement's view of it.
-    pub work: Work,
-    /// Its place in the mesh of indirect light.
-    pub indirect: IndirectNode,
+    /// Its children. A node without is a leaf.
+    pub children: Option<Children>,
+    /// The slot of the vertex inside it, if a pixel was sampled there.
+    pub pixel_vertex: Option<SlotId>,
+    /// How wrong it is to interpolate direct light over it.
+    pub direct: DirectError,
+    /// Its place in the indirect layer.
+    pub indirect: IndirectError,
     next_on_edge: [Option<NodeId>; 3],
 }
 
-/// A node in the mesh of indirect light, which is split on its own account.
+/// The four children of a node, side by side: at its corners 0, 1, 2, and in the middle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Children {
+    first: NodeId,
+}
+
+impl Children {
+    /// All four.
+    #[must_use]
+    pub fn all(self) -> [NodeId; 4] {
+        [0, 1, 2, 3].map(|i| NodeId(self.first.0 + i))
+    }
+
+    /// The one whose corners are the midpoints of the parent's edges.
+    #[must_use]
+    pub const fn middle(self) -> NodeId {
+        NodeId(self.first.0 + 3)
+    }
+}
+
+/// What is known of the error of interpolating direct light over a node: it holds in any view.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct DirectError {
+    /// Expected square error, luminance², from the surplus at the midpoints of its parent's edges.
+    pub surplus: f32,
+    /// Luminance of D inside it that rays found other than its corners say; `None` while none were traced.
+    pub mismatch: Option<f32>,
+    /// Share of its area that the mismatch stands for.
+    pub mismatch_share: f32,
+}
+
+/// A node in the indirect layer, which is split on its own account, and the error of interpolating it there.
 #[derive(Clone, Copy, Debug)]
-pub struct IndirectNode {
-    /// Whether indirect light is sampled at the middles of its edges.
+pub struct IndirectError {
+    /// Whether indirect light is sampled at the midpoints of its edges.
     pub split: bool,
     /// Expected square error of interpolating indirect D over it, luminance², as far as noise does not explain it; infinite
     /// while nothing tells.
     pub surplus: f32,
     /// What it may be at most, noise included; infinite while nothing tells.
     pub doubt: f32,
-    /// Pixels that it covers.
-    pub pixels: f32,
-    /// What the importance of each of its corners holds of it.
-    pub importance: f32,
-    /// Raised whenever its key changes.
-    pub version: u32,
-    /// Key that it waits in the queue with; 0 if it does not.
-    pub queued: f32,
-    /// Pixels × square error that the sum over the image holds of it.
-    pub accounted: f64,
 }
 
-impl Default for IndirectNode {
+impl Default for IndirectError {
     fn default() -> Self {
-        Self {
-            split: false,
-            surplus: f32::INFINITY,
-            doubt: f32::INFINITY,
-            pixels: 0.0,
-            importance: 0.0,
-            version: 0,
-            queued: 0.0,
-            accounted: 0.0,
-        }
+        Self { split: false, surplus: f32::INFINITY, doubt: f32::INFINITY }
     }
-}
-
-/// What refinement knows of a leaf.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Work {
-    /// Pixels it covers on screen: counted by the GPU, or a share of its parent's until then.
-    pub pixels: f32,
-    /// Direction from the eye through one of its pixels, if the GPU has counted few.
-    pub ray: Option<Vec3>,
-    /// Its share of the pixels of its face, by area.
-    pub share: f32,
-    /// Expected square error of interpolation from its parent's surplus, luminance².
-    pub surplus: f32,
-    /// How much brighter than it is drawn a highlight between its corners is (specular luminance S), and the share of it
-    /// that the highlight covers.
-    pub highlight: f32,
-    /// See `highlight`.
-    pub highlight_share: f32,
-    /// Luminance of D in its middle, or in one of its pixels, that rays found other than its corners say; `None` while none were
-    /// traced.
-    pub mismatch: Option<f32>,
-    /// Share of it that the mismatch stands for.
-    pub mismatch_share: f32,
-    /// Generation of the camera each of whose pixels on it was asked for surprises; 0 if none was.
-    pub checked: u32,
-    /// How often; 0 if there is no point in asking again.
-    pub checks: u32,
-    /// Generation of the camera in which it waits for that.
-    pub check_queued: u32,
-    /// Lights of which its corners did not know the same when it was checked, if that is worth asking again once they do: until then
-    /// its children cannot rest on it.
-    pub check_open: u32,
-    /// Generation of the camera that last saw it.
-    pub generation: u32,
-    /// Raised whenever its key changes: queued entries of older versions are void.
-    pub version: u32,
-    /// Pixels, pixels × luminance and pixels × square error that the sums over the image hold of it.
-    pub accounted: f64,
-    /// See `accounted`.
-    pub light: f64,
-    /// See `accounted`.
-    pub error: f64,
-    /// Pixels × square of what it is judged by, while what it hides is unknown.
-    pub unseen: f64,
 }
 
 /// An edge between two vertices.
@@ -148,8 +103,8 @@ struct Edge {
 #[derive(Clone, Debug, Default)]
 pub struct Topology {
     /// The nodes.
-    pub nodes: Pool<Node>,
-    edges: Pool<Edge>,
+    pub nodes: Pool<NodeId, Node>,
+    edges: Pool<EdgeId, Edge>,
     base_edges: FxHashMap<[VertexId; 2], EdgeId>,
 }
 
@@ -157,7 +112,9 @@ impl Topology {
     /// Adds the root of a face.
     pub fn add_root(&mut self, face: FaceId, corners: [SlotId; 3], vertices: [VertexId; 3]) -> NodeId {
         let edges = [0, 1, 2].map(|i| self.base_edge(vertices[i], vertices[(i + 1) % 3]));
-        self.add_node(corners, edges, face, None)
+        let root = self.nodes.insert(Node::new(corners, edges, face, None, 0));
+        self.join_edges(root);
+        root
     }
 
     fn base_edge(&mut self, a: VertexId, b: VertexId) -> EdgeId {
@@ -171,36 +128,20 @@ impl Topology {
     }
 
     fn add_edge(&mut self, ends: [VertexId; 2], parent: Option<EdgeId>) -> EdgeId {
-        EdgeId(self.edges.insert(Edge { ends, midpoint: None, halves: None, parent, first: None }))
+        self.edges.insert(Edge { ends, midpoint: None, halves: None, parent, first: None })
     }
 
-    fn add_node(&mut self, corners: [SlotId; 3], edges: [EdgeId; 3], face: FaceId, parent: Option<NodeId>) -> NodeId {
-        let level = parent.map_or(0, |p| self.nodes[p.0].level + 1);
-        let next_on_edge = edges.map(|e| self.edges[e.0].first);
-        let node = Node {
-            corners,
-            edges,
-            face,
-            level,
-            parent,
-            child: None,
-            drawn: Vec::new(),
-            inner: None,
-            work: Work::default(),
-            indirect: IndirectNode::default(),
-            next_on_edge,
-        };
-        let id = NodeId(self.nodes.insert(node));
-        for edge in edges {
-            self.edges[edge.0].first = Some(id);
-        }
-        id
+    /// Lists a new leaf beside its edges.
+    fn join_edges(&mut self, id: NodeId) {
+        let edges = self.nodes[id].edges;
+        self.nodes[id].next_on_edge = edges.map(|edge| self.edges[edge].first);
+        edges.iter().for_each(|&edge| self.edges[edge].first = Some(id));
     }
 
     /// The leaves beside an edge.
     pub fn beside(&self, edge: EdgeId) -> impl Iterator<Item = NodeId> + '_ {
-        std::iter::successors(self.edges[edge.0].first, move |id| {
-            let node = &self.nodes[id.0];
+        std::iter::successors(self.edges[edge].first, move |id| {
+            let node = &self.nodes[*id];
             let at = node.edges.iter().position(|&e| e == edge)?;
             node.next_on_edge[at]
         })
@@ -209,41 +150,36 @@ impl Topology {
     /// The midpoint of an edge, if a node beside it has been split.
     #[must_use]
     pub fn midpoint(&self, edge: EdgeId) -> Option<VertexId> {
-        self.edges[edge.0].midpoint
+        self.edges[edge].midpoint
     }
 
     /// The ends of an edge.
     #[must_use]
     pub fn ends(&self, edge: EdgeId) -> [VertexId; 2] {
-        self.edges[edge.0].ends
+        self.edges[edge].ends
     }
 
     /// Notes the midpoint of an edge.
     pub fn set_midpoint(&mut self, edge: EdgeId, vertex: VertexId) {
-        self.edges[edge.0].midpoint = Some(vertex);
+        self.edges[edge].midpoint = Some(vertex);
     }
 
     /// Coarser leaves beside a leaf, which must be split before it.
     #[must_use]
     pub fn coarser_neighbours(&self, node: NodeId) -> Vec<NodeId> {
-        let parents = self.nodes[node.0].edges.iter().filter_map(|e| self.edges[e.0].parent);
+        let parents = self.nodes[node].edges.iter().filter_map(|e| self.edges[*e].parent);
         parents.flat_map(|edge| self.beside(edge)).collect()
     }
 
-    /// Splits a leaf whose edges' midpoints are set; `middles[i]` is the slot in the middle of edge i. Returns the first
-    /// child: at corners 0, 1, 2, and in the middle.
-    pub fn split(&mut self, id: NodeId, middles: [SlotId; 3], vertex_of: impl Fn(SlotId) -> VertexId) -> NodeId {
-        let node = &self.nodes[id.0];
-        let (corners, edges, face) = (node.corners, node.edges, node.face);
+    /// Splits a leaf whose edges' midpoints are set; `middles[i]` is the slot in the middle of edge i.
+    pub fn split(&mut self, id: NodeId, middles: [SlotId; 3], vertex_of: impl Fn(SlotId) -> VertexId) -> Children {
+        let Node { corners, edges, face, level, .. } = self.nodes[id];
         self.leave_edges(id);
         let inner = [0, 1, 2].map(|i| {
             // Cuts corner i off: joins the middles of the edges that meet there.
             self.add_edge([vertex_of(middles[i]), vertex_of(middles[(i + 2) % 3])], None)
         });
-        let half =
-            |topology: &mut Self, edge: usize, corner: usize| topology.half(edges[edge], vertex_of(corners[corner]));
-        let mut children = Vec::with_capacity(4);
-        for corner in 0..3 {
+        let at_corner = [0, 1, 2].map(|corner| {
             let before = (corner + 2) % 3;
             // The corner keeps its place among the child's corners, so that orientation and order stay.
             let mut slots = [middles[corner]; 3];
@@ -251,26 +187,28 @@ impl Topology {
             slots[corner] = corners[corner];
             slots[(corner + 1) % 3] = middles[corner];
             slots[before] = middles[before];
-            sides[corner] = half(self, corner, corner);
+            sides[corner] = self.half(edges[corner], vertex_of(corners[corner]));
             sides[(corner + 1) % 3] = inner[corner];
-            sides[before] = half(self, before, corner);
-            children.push(self.add_node(slots, sides, face, Some(id)));
-        }
+            sides[before] = self.half(edges[before], vertex_of(corners[corner]));
+            (slots, sides)
+        });
         // Corners of the middle child: middles 0, 1, 2; its edge i joins middles i and i + 1 and cuts corner i + 1 off.
-        let sides = [inner[1], inner[2], inner[0]];
-        children.push(self.add_node(middles, sides, face, Some(id)));
-        debug_assert!(children.windows(2).all(|w| w[1].0 == w[0].0 + 1), "children are consecutive");
-        self.nodes[id.0].child = Some(children[0]);
-        children[0]
+        let in_the_middle = (middles, [inner[1], inner[2], inner[0]]);
+        let [a, b, c] = at_corner;
+        let child = |(slots, sides)| Node::new(slots, sides, face, Some(id), level + 1);
+        let children = Children { first: self.nodes.insert_four([a, b, c, in_the_middle].map(child)) };
+        children.all().into_iter().for_each(|child| self.join_edges(child));
+        self.nodes[id].children = Some(children);
+        children
     }
 
     /// The half of an edge at one of its ends.
     fn half(&mut self, edge: EdgeId, end: VertexId) -> EdgeId {
-        let Edge { ends, midpoint, halves, .. } = self.edges[edge.0].clone();
+        let Edge { ends, midpoint, halves, .. } = self.edges[edge].clone();
         let halves = halves.unwrap_or_else(|| {
             let middle = midpoint.unwrap_or(ends[0]);
             let halves = ends.map(|e| self.add_edge([e, middle], Some(edge)));
-            self.edges[edge.0].halves = Some(halves);
+            self.edges[edge].halves = Some(halves);
             halves
         });
         halves[usize::from(ends[0] != end)]
@@ -279,42 +217,59 @@ impl Topology {
     /// Takes a node that is no leaf any more off the lists of its edges.
     fn leave_edges(&mut self, id: NodeId) {
         for at in 0..3 {
-            let edge = self.nodes[id.0].edges[at];
-            let next = self.nodes[id.0].next_on_edge[at];
-            let previous = self.beside(edge).find(|n| self.nodes[n.0].next_on(edge) == Some(id));
+            let edge = self.nodes[id].edges[at];
+            let next = self.nodes[id].next_on_edge[at];
+            let previous = self.beside(edge).find(|n| self.nodes[*n].next_on(edge) == Some(id));
             match previous {
                 Some(previous) => {
-                    let node = &mut self.nodes[previous.0];
+                    let node = &mut self.nodes[previous];
                     if let Some(place) = node.edges.iter().position(|&e| e == edge) {
                         node.next_on_edge[place] = next;
                     }
                 }
-                None => self.edges[edge.0].first = next,
+                None => self.edges[edge].first = next,
             }
         }
     }
 
-    /// The leaf of the mesh of indirect light that a leaf is part of.
+    /// The leaf of the indirect layer that a leaf is part of.
     #[must_use]
     pub fn indirect_leaf(&self, leaf: NodeId) -> NodeId {
-        let coarse = |id: &NodeId| self.nodes[id.0].parent.filter(|p| !self.nodes[p.0].indirect.split);
+        let coarse = |id: &NodeId| self.nodes[*id].parent.filter(|p| !self.nodes[*p].indirect.split);
         std::iter::successors(Some(leaf), coarse).last().unwrap_or(leaf)
     }
 
-    /// The leaves of a tree in the mesh of indirect light, depth first.
+    /// The leaves of a tree in the indirect layer, depth first.
     pub fn indirect_leaves(&self, root: NodeId, out: &mut Vec<NodeId>) {
-        match self.nodes[root.0].child.filter(|_| self.nodes[root.0].indirect.split) {
+        match self.nodes[root].children.filter(|_| self.nodes[root].indirect.split) {
             None => out.push(root),
-            Some(first) => (0..4).for_each(|i| self.indirect_leaves(NodeId(first.0 + i), out)),
+            Some(children) => children.all().into_iter().for_each(|child| self.indirect_leaves(child, out)),
         }
     }
 
     /// The leaves of a tree, depth first.
     pub fn leaves(&self, root: NodeId, out: &mut Vec<NodeId>) {
-        match self.nodes[root.0].child {
+        match self.nodes[root].children {
             None => out.push(root),
-            Some(first) => (0..4).for_each(|i| self.leaves(NodeId(first.0 + i), out)),
+            Some(children) => children.all().into_iter().for_each(|child| self.leaves(child, out)),
         }
+    }
+
+    /// Whether a node is a leaf.
+    #[must_use]
+    pub fn is_leaf(&self, id: NodeId) -> bool {
+        self.nodes[id].children.is_none()
+    }
+
+    /// The children of a node; none of a leaf.
+    pub fn children(&self, id: NodeId) -> impl Iterator<Item = NodeId> + use<> {
+        self.nodes[id].children.into_iter().flat_map(Children::all)
+    }
+
+    /// The slots in the middle of a split node's edges: the corners of its middle child.
+    #[must_use]
+    pub fn middles(&self, id: NodeId) -> Option<[SlotId; 3]> {
+        self.nodes[id].children.map(|children| self.nodes[children.middle()].corners)
     }
 
     /// Bytes held.
@@ -328,23 +283,23 @@ impl Topology {
     /// # Panics
     /// If a rule is broken (debug builds and tests call it).
     pub fn validate(&self, vertex_of: impl Fn(SlotId) -> VertexId) {
-        for i in 0..self.nodes.end() {
-            let node = &self.nodes[i];
+        for id in self.nodes.ids() {
+            let (i, node) = (id.0, &self.nodes[id]);
             for (at, &edge) in node.edges.iter().enumerate() {
                 let mut ends = [vertex_of(node.corners[at]), vertex_of(node.corners[(at + 1) % 3])];
-                let mut known = self.edges[edge.0].ends;
+                let mut known = self.edges[edge].ends;
                 ends.sort_unstable();
                 known.sort_unstable();
                 assert_eq!(ends, known, "node {i}: edge {at} joins its corners");
                 let listed = self.beside(edge).any(|n| n.0 == i);
-                assert_eq!(listed, node.child.is_none(), "node {i}: exactly leaves are listed beside their edges");
+                assert_eq!(listed, node.children.is_none(), "node {i}: exactly leaves are listed beside their edges");
                 assert!(
-                    node.child.is_none() || self.edges[edge.0].midpoint.is_some(),
+                    node.children.is_none() || self.edges[edge].midpoint.is_some(),
                     "node {i}: split through midpoints"
                 );
-                if node.child.is_none() {
-                    let finer = self.edges[edge.0].halves.iter().flatten();
-                    let deepest = finer.filter(|h| self.edges[h.0].midpoint.is_some()).count();
+                if node.children.is_none() {
+                    let finer = self.edges[edge].halves.iter().flatten();
+                    let deepest = finer.filter(|h| self.edges[**h].midpoint.is_some()).count();
                     assert_eq!(deepest, 0, "node {i}: a neighbour is two levels finer");
                 }
             }
@@ -353,6 +308,21 @@ impl Topology {
 }
 
 impl Node {
+    fn new(corners: [SlotId; 3], edges: [EdgeId; 3], face: FaceId, parent: Option<NodeId>, level: u8) -> Self {
+        Self {
+            corners,
+            edges,
+            face,
+            level,
+            parent,
+            children: None,
+            pixel_vertex: None,
+            direct: DirectError::default(),
+            indirect: IndirectError::default(),
+            next_on_edge: [None; 3],
+        }
+    }
+
     fn next_on(&self, edge: EdgeId) -> Option<NodeId> {
         self.edges.iter().position(|&e| e == edge).and_then(|at| self.next_on_edge[at])
     }

@@ -1,15 +1,11 @@
-//! Vertices of the meshes: where light is sampled.
+//! Vertices: where light is sampled.
 
-use super::dynamic::SlotId;
+use super::ids::SlotId;
 use super::weld::Group;
 use crate::light::context::ShadingPoint;
 use crate::math::{combine, mix};
 use crate::scene::Scene;
 use glam::Vec3;
-
-/// Index of a vertex in the cache (recyclable; the permanent name is its key).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct VertexId(pub u32);
 
 /// A vertex: a base vertex (a position, a side, a normal group) or the midpoint of an edge. One set of rays serves all
 /// its normals.
@@ -30,19 +26,8 @@ pub struct Vertex {
     flat: bool,
     /// First of its slots, linked through [`super::dynamic::SlotRecord::next`].
     pub first_slot: Option<SlotId>,
-    /// Pixels of the visible faces around it, shared out over their corners.
-    pub pixels: f32,
     /// How far its sampling has come.
     pub progress: Progress,
-    /// Σ pixels × gain / 6 over the leaves of the mesh of indirect light around it: what a unit of variance there costs the
-    /// image.
-    pub importance: f32,
-    /// The same over the leaves around vertices that take its prediction for want of their own samples, by their weights.
-    pub importance_below: f32,
-    /// Raised whenever its indirect light changes.
-    pub gathers: u32,
-    /// Key that its next round waits in the queue with; 0 if it does not.
-    pub queued: f32,
 }
 
 /// How far the sampling of a vertex has come.
@@ -56,8 +41,6 @@ pub struct Progress {
     pub covered: bool,
     /// Whether it is taken for covered since it sees none of the light that its neighbours see.
     pub enclosed: bool,
-    /// Raised whenever its samples change, so that queued work based on older ones is recognised.
-    pub version: u32,
     /// What is left to trace.
     pub left: Left,
 }
@@ -147,11 +130,9 @@ impl Vertex {
         Self { position, normal, lift, flat: true, ..Self::unsampled(key) }
     }
 
-    /// Becomes another vertex, of which nothing is known, with the same slots; what is queued for it is void.
+    /// Becomes another vertex, of which nothing is known, with the same slots.
     pub(super) fn move_to(&mut self, other: Self) {
-        let (first_slot, version, gathers) = (self.first_slot, self.progress.version + 1, self.gathers + 1);
-        *self = Self { first_slot, gathers, ..other };
-        self.progress.version = version;
+        *self = Self { first_slot: self.first_slot, ..other };
     }
 
     /// A vertex of which nothing but the name is known.
@@ -164,12 +145,7 @@ impl Vertex {
             lift: 0.0,
             flat: false,
             first_slot: None,
-            pixels: 0.0,
             progress: Progress::default(),
-            importance: 0.0,
-            importance_below: 0.0,
-            gathers: 0,
-            queued: 0.0,
         }
     }
 

@@ -5,7 +5,8 @@
 //! cell, side and light give the odds, those of a larger cell as the prior of the smaller one's.
 
 use super::vertex::Vertex;
-use glam::{IVec3, Vec3};
+use crate::math::nearest_axis;
+use glam::IVec3;
 use rustc_hash::FxHashMap;
 
 /// Edges of the cells against the scene's scale, coarse to fine.
@@ -50,7 +51,7 @@ impl VisibilityPrior {
     }
 
     /// The cells of a vertex, as far as anything was found in them.
-    pub(super) fn place(&self, vertex: &Vertex) -> PriorCells {
+    pub(super) fn cells_of(&self, vertex: &Vertex) -> PriorCells {
         PriorCells { cells: [0, 1, 2].map(|size| self.cells.get(&self.key(size, vertex)).copied()) }
     }
 
@@ -94,12 +95,6 @@ impl VisibilityPrior {
     }
 
     fn key(&self, size: usize, vertex: &Vertex) -> Key {
-        (size as u8, (vertex.position / (self.scale * CELLS[size])).floor().as_ivec3(), side(vertex.normal()))
+        (size as u8, (vertex.position / (self.scale * CELLS[size])).floor().as_ivec3(), nearest_axis(vertex.normal()))
     }
-}
-
-/// The axis that a normal is nearest to, of any length, with its sign: 0 to 5.
-pub(super) fn side(normal: Vec3) -> u8 {
-    let axis = normal.abs().max_position();
-    2 * axis as u8 + u8::from(normal[axis] < 0.0)
 }

@@ -3,9 +3,8 @@
 //! Corners may all lie in or under other geometry while the leaf between them is lit, and a shadow or a shaft of light may
 //! pass between them.
 
-use super::dynamic::Cache;
-use super::topology::NodeId;
-use super::vertex::VertexId;
+use super::ids::{NodeId, VertexId};
+use super::store::Cache;
 use crate::light::context::{SceneContext, ShadingPoint};
 use crate::light::group::LightGroup;
 use smallvec::SmallVec;
@@ -96,7 +95,7 @@ fn disagreement(
 fn agreed(cache: &Cache, light: usize, corners: &[VertexId]) -> Option<bool> {
     let visibility = &cache.layers[light].visibility;
     let told = |corner: &VertexId| {
-        let known = visibility.get(corner.0);
+        let known = visibility.get(*corner);
         let whole = known.fraction() == 0.0 || known.fraction() == 1.0;
         (known.is_settled() && whole).then(|| known.fraction() == 1.0)
     };

@@ -31,3 +31,10 @@ pub const fn mix(x: u64) -> u64 {
 pub const fn combine(seed: u64, value: u64) -> u64 {
     mix(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ mix(value.wrapping_add(0x9e37_79b9_7f4a_7c15)))
 }
+
+/// The axis that a normal is nearest to, of any length, with its sign: 0 to 5.
+#[must_use]
+pub fn nearest_axis(normal: Vec3) -> u8 {
+    let axis = normal.abs().max_position();
+    2 * axis as u8 + u8::from(normal[axis] < 0.0)
+}

@@ -1,191 +1,165 @@
-//! Indirect light in a batch: vertices gathered, its mesh refined, what depends on them brought up to date.
+//! Indirect light in a batch: vertices gather, the indirect layer is refined, and what depends on them is brought up to date.
 
 use super::engine::Engine;
 use super::error_model::CHILD;
-use super::indirect_error::PROOF_OF_DARKNESS;
-use super::queue::Task;
-use crate::cache::dynamic::SlotId;
+use super::scheduler::Task;
+use super::work::{GatheredLight, Work};
 use crate::cache::gather::{self, GatherJob, Gathered};
-use crate::cache::topology::NodeId;
-use crate::cache::vertex::VertexId;
+use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::estimate::hemisphere::Method;
-use crate::geom::Ray;
-use crate::light::context::SceneContext;
-use glam::Vec3;
-use smallvec::SmallVec;
 
 /// Rays of a job: enough to be worth handing out, few enough to share a vertex's round among threads.
 const RAYS_A_JOB: u32 = 128;
 
-/// Direct light of a vertex against the light around it up to which it may be enclosed.
-const FAINT: f32 = 0.02;
-
-/// Rise of a key that is worth another entry in the queue.
-const RISEN: f32 = 1.25;
-
-/// Work on indirect light in a batch.
-#[derive(Default)]
-pub(super) struct IndirectWork {
-    /// Leaves whose middles are to be sampled.
-    pub refined: Vec<NodeId>,
-    /// Vertices whose rays are to be doubled.
-    vertices: Vec<VertexId>,
-    /// Rays that this takes, roughly.
-    pub rays: u32,
-}
-
-/// Gather rays of a run: the frame loop is served between runs.
-pub(super) const GATHER_RAYS_A_RUN: u32 = 8192;
-
-impl IndirectWork {
-    /// Number of tasks.
-    pub(super) const fn tasks(&self) -> usize {
-        self.refined.len() + self.vertices.len()
-    }
-
-    /// Adds a vertex that is to get `rays` more rays.
-    pub(super) fn gather(&mut self, vertex: VertexId, rays: u32) {
-        self.vertices.push(vertex);
-        self.rays += rays;
-    }
-
-    /// Adds a leaf whose middles get `first` rays each.
-    pub(super) fn refine(&mut self, node: NodeId, first: u32) {
-        self.refined.push(node);
-        self.rays += 3 * first;
-    }
-}
-
 impl Engine {
-    /// Counts the pixels of the visible leaves of the mesh of indirect light and what the vertices' noise there costs, and
+    /// Traces a batch's rounds of indirect light, and shows what they found.
+    pub(super) fn gather(&mut self, work: &Work) -> GatheredLight {
+        if work.gathers.is_empty() && work.refined.is_empty() {
+            return GatheredLight::default();
+        }
+        let jobs = self.gather_jobs(work);
+        let mut vertices: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
+        vertices.dedup();
+        self.trace_rounds(&jobs);
+        work.refined.iter().for_each(|&node| self.mark_refined(node));
+        let slots = self.slots_of_all(&vertices);
+        self.refresh_indirect(&slots);
+        work.refined.iter().for_each(|&node| self.divide(node));
+        GatheredLight { vertices, refined: work.refined.clone() }
+    }
+
+    /// Measures surpluses again where they depend on indirect light that has changed, and queues what is left to do around it.
+    pub(super) fn judge_indirect(&mut self, GatheredLight { vertices, refined }: &GatheredLight) {
+        if vertices.is_empty() && refined.is_empty() {
+            return;
+        }
+        let slots = self.slots_of_all(vertices);
+        let mut vertices = vertices.clone();
+        let mut leaves: Vec<NodeId> = refined.iter().flat_map(|&node| self.cache.topology.children(node)).collect();
+        let mut parents = refined.clone();
+        for node in self.nodes_around(&slots) {
+            let leaf = self.cache.topology.indirect_leaf(node);
+            leaves.push(leaf);
+            let up = |&id: &NodeId| self.cache.topology.nodes[id].parent;
+            parents.extend(std::iter::successors(up(&leaf), up));
+        }
+        parents.sort_unstable();
+        parents.dedup();
+        for parent in parents {
+            leaves.extend(self.measure_indirect(parent));
+        }
+        leaves.sort_unstable();
+        leaves.dedup();
+        vertices.extend(self.corners_of_all(&leaves));
+        self.find_enclosed(&vertices);
+        for leaf in leaves {
+            self.account_indirect(leaf);
+            self.enqueue_refinement(leaf);
+        }
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.into_iter().for_each(|vertex| self.enqueue_gather(vertex));
+        self.refresh_predictions_in_time();
+    }
+
+    /// Brings the indirect light of slots, and all that depends on it, up to date; it is then due to be sent.
+    pub(super) fn refresh_indirect(&mut self, slots: &[SlotId]) {
+        let written = self.cache.refresh_indirect(slots, self.view.eye, &mut self.view.specular);
+        self.publisher.note_changed(&written);
+    }
+
+    /// Counts the pixels of the visible leaves of the indirect layer and what the vertices' noise there costs, and
     /// queues what they leave to do.
     pub(super) fn survey_indirect(&mut self) {
         if !self.options.indirect {
             return;
         }
-        self.place_in_coarse_levels();
-        let mut leaves = Vec::new();
-        self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
+        let base = self.corners_of_all(&self.view.roots);
+        let placed = self.predictions.place(&mut self.cache, base);
+        self.cache.refresh_indirect(&placed, self.view.eye, &mut self.view.specular);
+        let leaves = self.view.indirect_leaves(&self.cache);
         let corners = self.corners_of_all(&leaves);
-        for vertex in &corners {
-            let vertex = &mut self.cache.vertices[vertex.0];
-            (vertex.importance, vertex.queued) = (0.0, 0.0);
+        for &vertex in &corners {
+            self.view.vertices[vertex].importance = 0.0;
+            self.scheduler.forget_waiting(Task::Gather(vertex));
         }
         for &leaf in &leaves {
-            self.cache.topology.nodes[leaf.0].indirect.queued = 0.0;
-            self.cache.topology.nodes[leaf.0].indirect.importance = 0.0;
-            self.cache.topology.nodes[leaf.0].indirect.pixels = self.pixels_below(leaf);
+            self.scheduler.forget_waiting(Task::RefineIndirect(leaf));
+            self.view.indirect[leaf].importance = 0.0;
+            self.view.indirect[leaf].pixels = self.view.pixels_below(&self.cache, leaf);
             self.account_indirect(leaf);
             self.enqueue_refinement(leaf);
         }
-        self.spread_importance();
-        corners.into_iter().for_each(|v| self.enqueue_gather(v));
-        self.gather_inside(&self.all_visible_leaves());
+        self.predictions.spread_importance(&self.cache, &mut self.view);
+        corners.into_iter().for_each(|vertex| self.enqueue_gather(vertex));
+        self.gather_inside(&self.view.visible_leaves(&self.cache));
         self.refresh_predictions();
-        self.predicted = 0;
+        self.predictions.note_survey();
     }
 
-    /// Traces a batch's gathers and draws the consequences.
-    pub(super) fn work_on_indirect(&mut self, work: &IndirectWork) {
-        if work.tasks() == 0 {
-            return;
-        }
-        let jobs = self.gather_jobs(work);
-        let mut vertices: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
-        vertices.dedup();
-        self.gather(&jobs);
-        work.refined.iter().for_each(|&node| self.mark_refined(node));
-        let slots: Vec<SlotId> = vertices.iter().flat_map(|&v| self.cache.slots_of(v)).collect();
-        let written = self.cache.refresh_indirect(&slots, self.eye);
-        self.published.changed.extend(written);
-        work.refined.iter().for_each(|&node| self.divide(node));
-        self.judge_around(&slots, &work.refined, vertices);
-        self.refresh_predictions_in_time();
-    }
-
-    /// Has vertices inside leaves gather where corners of the leaf are covered.
+    /// Has pixel vertices gather where corners of their leaf are covered.
     pub(super) fn gather_inside(&mut self, leaves: &[NodeId]) {
         if !self.options.indirect {
             return;
         }
         for &id in leaves {
-            let error_model = self.error_model();
-            let Some((slot, doubt)) = error_model.settled(id).zip(error_model.doubt_inside(id)) else { continue };
-            let importance = self.cache.topology.nodes[id.0].work.pixels * error_model.gain_of(id, &[slot]);
-            let vertex = self.cache.slots[slot.0].vertex;
+            let model = self.error_model();
+            let Some((slot, doubt)) = model.settled(id).zip(model.doubt_inside(id)) else { continue };
+            let importance = self.view.leaves[id].pixels * model.gain_of(id, &[slot]);
+            let vertex = self.cache.slots[slot].vertex;
             self.cache.indirect.note_expected(vertex, doubt);
-            let record = &mut self.cache.vertices[vertex.0];
-            (record.importance, record.queued) = (importance, 0.0);
+            self.view.vertices[vertex].importance = importance;
+            self.scheduler.forget_waiting(Task::Gather(vertex));
             self.enqueue_gather(vertex);
         }
     }
 
-    /// Finds vertices inside something: none of their rays found any light, no light reaches them, and neighbours do see
-    /// light. Where a surface runs into a wall its light must not fade towards what is behind.
-    fn find_enclosed(&mut self, vertices: &[VertexId]) {
-        for &vertex in vertices {
-            let slots: Vec<SlotId> = self.cache.slots_of(vertex).collect();
-            let dark = |s: &SlotId| self.cache.slots[s.0].indirect.diffuse == Vec3::ZERO;
-            let sampled = self.cache.indirect.rays(vertex) > 0 && !self.cache.vertices[vertex.0].progress.covered;
-            if !sampled || !slots.iter().all(dark) {
-                continue;
-            }
-            let nodes = self.nodes_around(&slots);
-            if self.is_enclosed(vertex, &slots, &nodes) {
-                self.enclosed.push(vertex);
-                let progress = &mut self.cache.vertices[vertex.0].progress;
-                (progress.covered, progress.enclosed) = (true, true);
-                let written = self.cache.refresh_indirect(&slots, self.eye);
-                self.published.changed.extend(written);
-                for node in nodes {
-                    self.account(node);
-                    self.enqueue_split(node);
-                }
-            }
+    /// Brings predictions up to date where enough rays were traced for that to cost little beside them.
+    fn refresh_predictions_in_time(&mut self) {
+        if self.predictions.are_due(self.cache.waiting_predictions(), self.stats.rays) {
+            self.refresh_waiting_predictions();
         }
     }
 
-    /// Whether a vertex that has seen no light lies inside something: neighbours do see light, and either it has looked often
-    /// enough or something stands between it and one of those.
-    fn is_enclosed(&mut self, vertex: VertexId, slots: &[SlotId], nodes: &[NodeId]) -> bool {
-        // What was put off is guessed: a little direct light proves nothing.
-        let direct = slots.iter().map(|s| self.cache.slots[s.0].direct.diffuse.max_element()).fold(0.0, f32::max);
-        let is_lit = |slot: &SlotId| {
-            let light = self.cache.slots[slot.0].indirect;
-            light.diffuse.max_element() * FAINT > direct && !light.stale
-        };
-        let corners = nodes.iter().flat_map(|n| self.cache.topology.nodes[n.0].corners).filter(is_lit);
-        let mut lit: SmallVec<[VertexId; 8]> = corners.map(|slot| self.cache.slots[slot.0].vertex).collect();
-        lit.sort_unstable();
-        lit.dedup();
-        if self.cache.indirect.rays(vertex) >= PROOF_OF_DARKNESS {
-            return !lit.is_empty();
+    /// Brings predictions up to date if any waits for that.
+    pub(super) fn refresh_waiting_predictions(&mut self) {
+        if self.cache.waiting_predictions() > 0 {
+            self.predictions.spread_importance(&self.cache, &mut self.view);
+            self.refresh_predictions();
         }
-        self.stats.rays += lit.len() as u64;
-        let origin_of = |vertex: VertexId| self.cache.vertices[vertex.0].shading_point().origin;
-        lit.into_iter().any(|other| self.is_cut_off(origin_of(other), origin_of(vertex)))
     }
 
-    /// Whether something stands between two places.
-    fn is_cut_off(&self, from: Vec3, to: Vec3) -> bool {
-        let (length, direction) = ((to - from).length(), (to - from).normalize_or_zero());
-        direction != Vec3::ZERO && self.bvh.occluded(&self.scene, &Ray { origin: from, direction, t_max: length })
+    /// Brings predictions up to date, with all that hangs on them.
+    fn refresh_predictions(&mut self) {
+        self.predictions.note_refresh(self.stats.rays);
+        let written = self.cache.refresh_predictions(self.view.eye, &mut self.view.specular);
+        let around = self.nodes_around(&written).into_iter();
+        let mut leaves: Vec<NodeId> = around.map(|node| self.cache.topology.indirect_leaf(node)).collect();
+        leaves.dedup();
+        leaves.into_iter().for_each(|leaf| self.account_indirect(leaf));
+        let base = written.iter().map(|&slot| &self.cache.slots[slot]).filter(|record| record.is_base());
+        let mut vertices: Vec<VertexId> = base.map(|record| record.vertex).collect();
+        vertices.extend_from_slice(self.predictions.predicting());
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.into_iter().for_each(|vertex| self.enqueue_gather(vertex));
+        self.publisher.note_changed(&written);
     }
 
     /// The rounds of a batch, cut into jobs.
-    fn gather_jobs(&self, work: &IndirectWork) -> Vec<GatherJob> {
+    fn gather_jobs(&self, work: &Work) -> Vec<GatherJob> {
         let mut rounds: Vec<(VertexId, u32)> = Vec::new();
-        for &vertex in &work.vertices {
+        for &vertex in &work.gathers {
             let so_far = self.cache.indirect.rays(vertex);
             let first = || self.cache.indirect.first_rays(vertex, self.error_model().first_rays_at(vertex));
             rounds.push((vertex, if so_far == 0 { first() } else { so_far }));
         }
         for &node in &work.refined {
             let first = self.error_model().first_rays(node);
-            for edge in self.cache.topology.nodes[node.0].edges {
+            for edge in self.cache.topology.nodes[node].edges {
                 let Some(vertex) = self.cache.topology.midpoint(edge) else { continue };
                 // What a covered one would find is not its surface's light: it takes over what is known around.
-                let covered = self.cache.vertices[vertex.0].progress.covered;
+                let covered = self.cache.vertices[vertex].progress.covered;
                 if !covered && self.cache.indirect.rays(vertex) == 0 {
                     rounds.push((vertex, first));
                 }
@@ -205,9 +179,8 @@ impl Engine {
     }
 
     /// Traces jobs on all workers, then writes their results in order.
-    fn gather(&mut self, jobs: &[GatherJob]) {
-        let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
-        let cache = &self.cache;
+    fn trace_rounds(&mut self, jobs: &[GatherJob]) {
+        let (context, cache) = (self.context(), &self.cache);
         let results = self.workers.map_chunks(jobs, |chunk| {
             let mut gathered = Gathered::default();
             chunk.iter().for_each(|&job| gather::gather(&context, cache, job, &mut gathered));
@@ -219,10 +192,10 @@ impl Engine {
         }
     }
 
-    /// Makes a leaf an inner node of the mesh of indirect light.
+    /// Makes a leaf a split node of the indirect layer.
     fn mark_refined(&mut self, id: NodeId) {
         let unmeasured = self.error_model().unmeasured(id);
-        let node = &mut self.cache.topology.nodes[id.0];
+        let node = &mut self.cache.topology.nodes[id];
         let expected = if node.indirect.doubt.is_finite() { node.indirect.doubt } else { unmeasured };
         node.indirect.split = true;
         for vertex in node.edges.map(|edge| self.cache.topology.midpoint(edge)).into_iter().flatten() {
@@ -232,80 +205,34 @@ impl Engine {
 
     /// Hands a refined leaf's pixels over to its children.
     fn divide(&mut self, id: NodeId) {
-        self.forget_indirect(id);
-        for child in self.children(id) {
-            self.cache.topology.nodes[child.0].indirect.pixels = self.pixels_below(child);
-            self.set_importance(child);
+        self.set_importance(id, 0.0);
+        self.image.replace_indirect(&mut self.view.indirect[id].accounted, 0.0);
+        for child in self.cache.topology.children(id) {
+            self.view.indirect[child].pixels = self.view.pixels_below(&self.cache, child);
+            self.update_importance(child);
         }
-    }
-
-    /// Measures surpluses again where they depend on slots, and queues what is left to do around them.
-    fn judge_around(&mut self, slots: &[SlotId], refined: &[NodeId], mut vertices: Vec<VertexId>) {
-        let mut leaves: Vec<NodeId> = refined.iter().flat_map(|&node| self.children(node)).collect();
-        let mut parents = refined.to_vec();
-        for node in self.nodes_around(slots) {
-            let leaf = self.cache.topology.indirect_leaf(node);
-            leaves.push(leaf);
-            let up = |id: &NodeId| self.cache.topology.nodes[id.0].parent;
-            parents.extend(std::iter::successors(up(&leaf), up));
-        }
-        parents.sort_unstable();
-        parents.dedup();
-        for parent in parents {
-            leaves.extend(self.measure(parent));
-        }
-        leaves.sort_unstable();
-        leaves.dedup();
-        vertices.extend(self.corners_of_all(&leaves));
-        self.find_enclosed(&vertices);
-        for leaf in leaves {
-            self.account_indirect(leaf);
-            self.enqueue_refinement(leaf);
-        }
-        vertices.sort_unstable();
-        vertices.dedup();
-        vertices.into_iter().for_each(|v| self.enqueue_gather(v));
     }
 
     /// Measures a node's surplus, and tells its children that are leaves; returns those.
-    fn measure(&mut self, parent: NodeId) -> Vec<NodeId> {
-        let Some(middles) = self.middles(parent) else { return Vec::new() };
+    fn measure_indirect(&mut self, parent: NodeId) -> Vec<NodeId> {
+        let Some(middles) = self.cache.topology.middles(parent) else { return Vec::new() };
         let Some(error) = self.error_model().indirect_surplus(parent, middles) else { return Vec::new() };
         let [surplus, doubt] = error.map(|e| e * CHILD);
-        let mut leaves = self.children(parent);
-        leaves.retain(|child| !self.cache.topology.nodes[child.0].indirect.split);
-        for child in &leaves {
-            let node = &mut self.cache.topology.nodes[child.0].indirect;
+        let is_leaf = |&child: &NodeId| !self.cache.topology.nodes[child].indirect.split;
+        let leaves: Vec<NodeId> = self.cache.topology.children(parent).filter(is_leaf).collect();
+        for &child in &leaves {
+            let node = &mut self.cache.topology.nodes[child].indirect;
             (node.surplus, node.doubt) = (surplus, doubt);
         }
         leaves
     }
 
-    /// The slots in the middle of a split node's edges: the corners of its middle child.
-    pub(super) fn middles(&self, id: NodeId) -> Option<[SlotId; 3]> {
-        let first = self.cache.topology.nodes[id.0].child?;
-        Some(self.cache.topology.nodes[first.0 + 3].corners)
-    }
-
-    pub(super) fn children(&self, id: NodeId) -> Vec<NodeId> {
-        let first = self.cache.topology.nodes[id.0].child;
-        first.map_or(Vec::new(), |first| (0..4).map(|i| NodeId(first.0 + i)).collect())
-    }
-
-    pub(super) fn corners_of_all(&self, nodes: &[NodeId]) -> Vec<VertexId> {
-        let mut vertices: Vec<VertexId> = nodes.iter().flat_map(|&n| self.cache.corner_vertices(n)).collect();
+    /// The vertices at the corners of nodes, in ascending order.
+    fn corners_of_all(&self, nodes: &[NodeId]) -> Vec<VertexId> {
+        let mut vertices: Vec<VertexId> = nodes.iter().flat_map(|&node| self.cache.corner_vertices(node)).collect();
         vertices.sort_unstable();
         vertices.dedup();
         vertices
-    }
-
-    /// Pixels of the drawn leaves of a node.
-    fn pixels_below(&self, id: NodeId) -> f32 {
-        let node = &self.cache.topology.nodes[id.0];
-        match node.child {
-            None => node.work.pixels,
-            Some(first) => (0..4).map(|i| self.pixels_below(NodeId(first.0 + i))).sum(),
-        }
     }
 
     /// Takes in that a drawn leaf covers more or fewer pixels than was thought.
@@ -314,76 +241,45 @@ impl Engine {
             return;
         }
         let id = self.cache.topology.indirect_leaf(leaf);
-        let node = &mut self.cache.topology.nodes[id.0].indirect;
-        node.pixels = (node.pixels + difference).max(0.0);
+        let pixels = &mut self.view.indirect[id].pixels;
+        *pixels = (*pixels + difference).max(0.0);
         self.account_indirect(id);
         self.enqueue_refinement(id);
     }
 
     /// Brings up to date what a leaf's noise adds to its corners' importance. Linear interpolation shows a sixth of the variance at
     /// each corner.
-    fn set_importance(&mut self, id: NodeId) {
-        let share = self.cache.topology.nodes[id.0].indirect.pixels * self.error_model().gain(id) / 6.0;
-        self.replace_importance(id, share);
+    fn update_importance(&mut self, id: NodeId) {
+        let share = self.view.indirect[id].pixels * self.error_model().gain(id) / 6.0;
+        self.set_importance(id, share);
     }
 
-    fn replace_importance(&mut self, id: NodeId, share: f32) {
-        let before = std::mem::replace(&mut self.cache.topology.nodes[id.0].indirect.importance, share);
+    fn set_importance(&mut self, id: NodeId, share: f32) {
+        let before = std::mem::replace(&mut self.view.indirect[id].importance, share);
         for vertex in self.cache.corner_vertices(id) {
-            let importance = &mut self.cache.vertices[vertex.0].importance;
+            let importance = &mut self.view.vertices[vertex].importance;
             *importance = (*importance + share - before).max(0.0);
         }
     }
 
     /// Brings a leaf's share of the image's error up to date.
-    pub(super) fn account_indirect(&mut self, id: NodeId) {
-        self.set_importance(id);
-        let face = self.cache.topology.nodes[id.0].face;
+    fn account_indirect(&mut self, id: NodeId) {
+        self.update_importance(id);
+        let face = self.cache.topology.nodes[id].face;
         let [interpolation, noise] = self.error_model().indirect_error(id);
         let shown = self.reflectances.noise_gain(&self.scene, face) * (interpolation + noise);
-        let node = &mut self.cache.topology.nodes[id.0].indirect;
-        let error = f64::from(node.pixels * shown);
-        self.image.replace_indirect(&mut node.accounted, error);
-    }
-
-    fn forget_indirect(&mut self, id: NodeId) {
-        self.replace_importance(id, 0.0);
-        self.image.replace_indirect(&mut self.cache.topology.nodes[id.0].indirect.accounted, 0.0);
+        let leaf = &mut self.view.indirect[id];
+        let error = f64::from(leaf.pixels * shown);
+        self.image.replace_indirect(&mut leaf.accounted, error);
     }
 
     fn enqueue_refinement(&mut self, id: NodeId) {
         let key = self.error_model().refine_key(id);
-        let node = &mut self.cache.topology.nodes[id.0].indirect;
-        if is_due(key, node.queued) {
-            node.version += 1;
-            node.queued = key;
-            let version = node.version;
-            self.queue.push(key, Task::Refine(id), version);
-        }
+        self.scheduler.raise(Task::RefineIndirect(id), key);
     }
 
-    pub(super) fn enqueue_gather(&mut self, id: VertexId) {
+    fn enqueue_gather(&mut self, id: VertexId) {
         let key = self.error_model().gather_key(id);
-        let vertex = &mut self.cache.vertices[id.0];
-        if is_due(key, vertex.queued) {
-            vertex.gathers += 1;
-            vertex.queued = key;
-            let version = vertex.gathers;
-            self.queue.push(key, Task::Gather(id), version);
-        }
+        self.scheduler.raise(Task::Gather(id), key);
     }
-
-    /// Notes the key that a task on indirect light waits with, 0 if it has left the queue.
-    pub(super) fn note_queued(&mut self, task: Task, key: f32) {
-        match task {
-            Task::Gather(id) => self.cache.vertices[id.0].queued = key,
-            Task::Refine(id) => self.cache.topology.nodes[id.0].indirect.queued = key,
-            Task::Split(_) | Task::SamplePixel(_) | Task::Settle(_) | Task::Double(_) => {}
-        }
-    }
-}
-
-/// Whether a task must be queued anew: one that waits with nearly as high a key, or a higher one, is looked at in time.
-fn is_due(key: f32, queued: f32) -> bool {
-    key > queued * RISEN
 }

@@ -3,11 +3,10 @@
 use super::error_model::{
     CHILD, CONTRAST_WEIGHT, ErrorModel, HARD_CONTRAST, HARD_PIXELS, SURPLUS_TO_MSE, VERTEX_COST, sum_of_products,
 };
-use crate::cache::dynamic::{Luminance, SlotId};
-use crate::cache::topology::{Node, NodeId};
-use crate::cache::vertex::VertexId;
+use crate::cache::ids::{DrawnId, NodeId, SlotId, VertexId};
+use crate::cache::slot::Luminance;
+use crate::cache::topology::Node;
 use crate::math::luminance;
-use crate::refine::update::DrawnId;
 use glam::Vec3;
 
 /// Rays of a vertex's first round.
@@ -32,7 +31,7 @@ const COVERED: f32 = 0.25;
 const UNSEEN: f32 = 0.02;
 /// Pixels of a leaf that may hide something.
 const LARGE: f32 = 64.0;
-/// Least reflectance that light is judged by.
+/// Least reflectance that light is measured by.
 const LEAST_REFLECTANCE: f32 = 0.05;
 /// Standard deviation of a vertex that was never sampled against the mean of the image.
 const UNSAMPLED: f32 = 0.5;
@@ -49,13 +48,13 @@ impl ErrorModel<'_> {
     /// Share of the square error of D over a leaf that the image shows.
     #[must_use]
     pub fn gain(&self, id: NodeId) -> f32 {
-        self.gain_of(id, &self.cache.topology.nodes[id.0].corners)
+        self.gain_of(id, &self.cache.topology.nodes[id].corners)
     }
 
     /// The same where a leaf shows the light of these slots.
     #[must_use]
     pub fn gain_of(&self, id: NodeId, slots: &[SlotId]) -> f32 {
-        let face = self.cache.topology.nodes[id.0].face;
+        let face = self.cache.topology.nodes[id].face;
         let total = slots.iter().map(|&slot| self.shown(face, slot).iter().sum::<f32>());
         let least = total.fold(f32::INFINITY, f32::min);
         self.reflectances.noise_gain(self.scene, face) * self.display_gain(least)
@@ -65,15 +64,15 @@ impl ErrorModel<'_> {
     /// them: those do not know it at all.
     #[must_use]
     pub fn doubt_inside(&self, id: NodeId) -> Option<f32> {
-        let covered = self.cache.topology.nodes[id.0].corners.into_iter().any(|slot| self.is_covered(slot));
+        let covered = self.cache.topology.nodes[id].corners.into_iter().any(|slot| self.is_covered(slot));
         covered.then(|| self.brightest(id).powi(2))
     }
 
-    /// Expected square error of indirect D over a leaf of its mesh: interpolation and noise.
+    /// Expected square error of indirect D over a leaf of the indirect layer: interpolation and noise.
     #[must_use]
     pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
-        let node = &self.cache.topology.nodes[id.0];
-        let lights = node.corners.map(|slot| self.cache.slots[slot.0].indirect);
+        let node = &self.cache.topology.nodes[id];
+        let lights = node.corners.map(|slot| self.cache.slots[slot].indirect);
         let covered = node.corners.map(|slot| self.is_covered(slot));
         let valid = || (0..3).filter(|&i| !covered[i]).map(|i| &lights[i]);
         let count = valid().count();
@@ -103,15 +102,15 @@ impl ErrorModel<'_> {
         let middles = node.edges.into_iter().filter_map(|edge| self.cache.topology.midpoint(edge));
         let slots =
             middles.filter_map(|middle| self.cache.slots_of(middle).find(|&slot| self.cache.indirect.is_sampled(slot)));
-        slots.map(|slot| self.cache.slots[slot.0].indirect.variance).sum::<f32>() / 6.0
+        slots.map(|slot| self.cache.slots[slot].indirect.variance).sum::<f32>() / 6.0
     }
 
     /// Whether a leaf lies across a line where its surface runs into another: some of its corners are covered, or see hardly
     /// any of the light that others see.
     fn crosses_contact(&self, id: NodeId) -> bool {
-        let corners = self.cache.topology.nodes[id.0].corners;
+        let corners = self.cache.topology.nodes[id].corners;
         let covered = corners.map(|slot| self.is_covered(slot));
-        let y = corners.map(|slot| luminance(self.cache.slots[slot.0].indirect.diffuse));
+        let y = corners.map(|slot| luminance(self.cache.slots[slot].indirect.diffuse));
         let (least, most) = (y.into_iter().fold(f32::INFINITY, f32::min), y.into_iter().fold(0.0, f32::max));
         let mixed = covered.contains(&true) && covered.contains(&false);
         mixed || most - least > HARD_CONTRAST * (most + least)
@@ -124,26 +123,26 @@ impl ErrorModel<'_> {
 
     /// Greatest luminance of indirect D at a node's corners.
     fn brightest(&self, id: NodeId) -> f32 {
-        let corners = self.cache.topology.nodes[id.0].corners;
-        corners.map(|slot| luminance(self.cache.slots[slot.0].indirect.diffuse)).into_iter().fold(0.0, f32::max)
+        let corners = self.cache.topology.nodes[id].corners;
+        corners.map(|slot| luminance(self.cache.slots[slot].indirect.diffuse)).into_iter().fold(0.0, f32::max)
     }
 
     /// D that would make a node's face as bright as the image is in the mean.
     fn typical(&self, id: NodeId) -> f32 {
-        let reflectance = self.reflectances.noise_gain(self.scene, self.cache.topology.nodes[id.0].face).sqrt();
+        let reflectance = self.reflectances.noise_gain(self.scene, self.cache.topology.nodes[id].face).sqrt();
         self.mean / reflectance.max(LEAST_REFLECTANCE)
     }
 
     fn is_covered(&self, slot: SlotId) -> bool {
-        self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.covered
+        self.cache.is_covered(slot)
     }
 
     /// Square error of interpolating indirect light over a node, from its middles: as far as noise does not explain it, and
     /// what it may be at most. `None` while middles are not sampled.
     #[must_use]
     pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<[f32; 2]> {
-        let corners = self.cache.topology.nodes[id.0].corners;
-        let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
+        let corners = self.cache.topology.nodes[id].corners;
+        let light = |slot: SlotId| self.cache.slots[slot].indirect;
         let mut noise = 0.0;
         let mut measured = false;
         let d = [0, 1, 2].map(|i| {
@@ -162,21 +161,21 @@ impl ErrorModel<'_> {
         measured.then(|| [(found - noise).max(0.0), found + noise].map(|d| SURPLUS_TO_MSE * d))
     }
 
-    /// Key of sampling the middles of a leaf of the mesh of indirect light; 0 if it is not worth it or not allowed.
+    /// Key of sampling the middles of a leaf of the indirect layer; 0 if it is not worth it or not allowed.
     #[must_use]
     pub fn refine_key(&self, id: NodeId) -> f32 {
-        let node = &self.cache.topology.nodes[id.0];
-        let light = |slot: &SlotId| self.cache.slots[slot.0].indirect;
+        let node = &self.cache.topology.nodes[id];
+        let light = |slot: &SlotId| self.cache.slots[*slot].indirect;
         // A covered corner may never gather; what it would find is not this surface's light anyway.
         let is_known = |slot: &SlotId| self.is_covered(*slot) || light(slot).known && !light(slot).stale;
         let known = node.corners.iter().all(is_known);
         let crosses = self.crosses_contact(id);
         let least = self.options.min_pixels * if crosses { HARD_PIXELS } else { 1.0 };
-        if node.indirect.pixels <= least || !known || self.is_finest(id) {
+        if self.view.indirect[id].pixels <= least || !known || self.is_finest(id) {
             return 0.0;
         }
         let mut error = self.indirect_error(id)[0];
-        if node.indirect.pixels > LARGE {
+        if self.view.indirect[id].pixels > LARGE {
             error += (UNSEEN * self.typical(id)).powi(2);
         }
         if crosses {
@@ -191,7 +190,7 @@ impl ErrorModel<'_> {
             }
         }
         let rays = samples as f32 * self.first_rays(id) as f32 * RAYS_A_SAMPLE;
-        node.indirect.pixels * error / (1.0 + rays + VERTEX_COST * vertices as f32)
+        self.view.indirect[id].pixels * error / (1.0 + rays + VERTEX_COST * vertices as f32)
     }
 
     /// Rays of the first round at the middles of a node: about as many as its corners have, or finer vertices would show
@@ -206,7 +205,7 @@ impl ErrorModel<'_> {
     /// Key of a vertex's next round, which doubles its rays.
     #[must_use]
     pub fn gather_key(&self, id: VertexId) -> f32 {
-        let vertex = &self.cache.vertices[id.0];
+        let (vertex, view) = (&self.cache.vertices[id], &self.view.vertices[id]);
         let rays = self.cache.indirect.rays(id);
         // A covered midpoint takes over what is known around; of a base vertex something must be known.
         let is_done = vertex.progress.covered && !vertex.progress.enclosed && (rays > 0 || !self.is_base(id));
@@ -215,10 +214,10 @@ impl ErrorModel<'_> {
         }
         if rays == 0 {
             let rays = self.first_rays_at(id) as f32;
-            return (vertex.importance + vertex.importance_below) * self.first_gain(id, rays) / (rays * RAYS_A_SAMPLE);
+            return (view.importance + view.importance_below) * self.first_gain(id, rays) / (rays * RAYS_A_SAMPLE);
         }
         let likely = |slot: SlotId| {
-            let light = &self.cache.slots[slot.0].indirect;
+            let light = &self.cache.slots[slot].indirect;
             light.variance.max((LEAST_DEVIATION * luminance(light.diffuse)).powi(2) / rays as f32)
         };
         let mut variance = self.cache.slots_of(id).map(likely).fold(0.0, f32::max);
@@ -227,32 +226,32 @@ impl ErrorModel<'_> {
             // That does not become less likely with the rays until there is proof.
             variance = (UNSAMPLED * self.mean).powi(2) / FIRST_RAYS as f32;
         }
-        let importance = vertex.importance + NOISE_BELOW * vertex.importance_below + self.hanging_importance(id);
+        let importance = view.importance + NOISE_BELOW * view.importance_below + self.hanging_importance(id);
         importance * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
     }
 
     /// Whether a vertex is a corner of the scene's triangles.
     fn is_base(&self, id: VertexId) -> bool {
-        self.cache.vertices[id.0].first_slot.is_none_or(|slot| self.cache.slots[slot.0].is_base())
+        self.cache.vertices[id].first_slot.is_none_or(|slot| self.cache.slots[slot].is_base())
     }
 
-    /// What shows of a sampled vertex in leaves of the mesh of indirect light that it is no corner of: it lies on an edge of theirs, which
+    /// What shows of a sampled vertex in leaves of the indirect layer that it is no corner of: it lies on an edge of theirs, which
     /// neighbours have refined, and they are drawn through it.
     fn hanging_importance(&self, id: VertexId) -> f32 {
         // Base vertices are corners wherever they are drawn.
         if self.is_base(id) || self.cache.pixel_slot(id).is_some() {
             return 0.0;
         }
-        let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.drawn_with(slot));
-        let share = |leaf: DrawnId| {
-            let node = self.cache.drawn[leaf.0].node;
+        let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.drawn.with_slot(slot));
+        let share = |drawn: DrawnId| {
+            let node = self.cache.drawn.triangles[drawn].node;
             let holder = self.cache.topology.indirect_leaf(node);
             if self.cache.corner_vertices(holder).contains(&id) {
                 return 0.0;
             }
-            let Node { work, drawn, .. } = &self.cache.topology.nodes[node.0];
-            if work.generation == self.generation {
-                work.pixels * self.gain(holder) / (6 * drawn.len()) as f32
+            let triangles = self.cache.drawn.of_node(node).len();
+            if self.view.sees(node) {
+                self.view.leaves[node].pixels * self.gain(holder) / (6 * triangles) as f32
             } else {
                 0.0
             }
@@ -262,13 +261,13 @@ impl ErrorModel<'_> {
 
     /// Drop of the square error at a vertex that its first round of so many rays would buy.
     fn first_gain(&self, id: VertexId, rays: f32) -> f32 {
-        let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
+        let light = |slot: SlotId| self.cache.slots[slot].indirect;
         if let Some(slot) = self.cache.pixel_slot(id) {
             let noise = NOISE_OF_ONE_RAY * luminance(light(slot).diffuse).powi(2) / rays;
             return (self.cache.indirect.expected(id) - noise).max(0.0);
         }
         // The coarsest do show what others predict, but many rest on them.
-        let rests_on_others = |slot: &SlotId| self.cache.slots[slot.0].rank > 0;
+        let rests_on_others = |slot: &SlotId| self.cache.slots[*slot].rank > 0;
         let predicted = self.cache.slots_of(id).filter(rests_on_others).map(light).filter(|light| light.coarse);
         let Some(doubt) = predicted.map(|light| light.variance).reduce(f32::max) else {
             // Where all that is seen is dark so far there is nothing to compare with, and all the more to find.
@@ -294,6 +293,6 @@ impl ErrorModel<'_> {
     }
 
     fn rays_at(&self, slot: SlotId) -> u32 {
-        self.cache.indirect.rays(self.cache.slots[slot.0].vertex)
+        self.cache.indirect.rays(self.cache.slots[slot].vertex)
     }
 }

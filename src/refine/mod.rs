@@ -1,21 +1,28 @@
 //! The light engine: it owns the cache, decides what to trace next, and tells the GPU what changed.
 
+mod choose;
 mod counts;
+mod direct;
+mod enclosed;
 pub mod engine;
 pub mod error_model;
-mod highlights;
-mod image_error;
+pub mod image_error;
 mod indirect;
 mod indirect_error;
+mod judge;
 mod miss_rate;
 pub mod nice;
 pub mod options;
 mod pixel_checks;
 mod predictions;
-mod publish;
-pub mod queue;
-mod refinement;
+mod probes;
+mod publisher;
+pub mod reflectances;
 mod relight;
+pub mod scheduler;
 pub mod thread;
 pub mod update;
+pub mod view;
+mod visible;
+mod work;
 pub mod workers;

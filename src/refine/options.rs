@@ -28,7 +28,7 @@ pub struct Options {
     pub filter: bool,
     /// How the directions of gather rays are chosen.
     pub hemisphere: Method,
-    /// Light meshes at most: where there are more lights, small ones near each other share one.
+    /// Light groups at most: where there are more lights, small ones near each other share one.
     pub max_light_groups: usize,
     /// How the next leaf to split is chosen.
     pub priority: Priority,

@@ -1,91 +1,100 @@
-//! Predictions above the geometry in a batch: visible base vertices taken into the coarse-to-fine order, what rests on coarse
-//! ones, and predictions brought up to date.
+//! Predictions from coarse levels in a view: what rests on the base vertices that predict others, and when predictions are brought
+//! up to date.
 
-use super::engine::Engine;
-use crate::cache::dynamic::SlotId;
-use crate::cache::topology::NodeId;
-use crate::cache::vertex::VertexId;
+use super::view::ViewState;
+use crate::cache::ids::{SlotId, VertexId};
+use crate::cache::store::Cache;
 
 /// Rays that are traced for each prediction brought up to date in the long run: oftener cost more than it told.
 const RAYS_A_PREDICTION: u64 = 4;
-/// Times after which it is done more seldom.
+/// Refreshes after which they come more seldom.
 const ALIKE: u64 = 2;
 
-impl Engine {
-    /// Takes the visible base vertices that are not yet in the order into it.
-    pub(super) fn place_in_coarse_levels(&mut self) {
+/// Base vertices of a view and what they predict.
+#[derive(Debug, Default)]
+pub struct Predictions {
+    /// Visible base vertices, those that may predict others after them.
+    base: Vec<VertexId>,
+    /// Base vertices that predict others in this view.
+    predicting: Vec<VertexId>,
+    /// Rays traced when the predictions were last brought up to date.
+    refreshed_at: u64,
+    /// How often since indirect light was surveyed.
+    refreshes: u64,
+}
+
+impl Predictions {
+    /// Takes the base vertices of a view, and those that are not yet in the order of coarse levels into it; returns the slots of
+    /// these.
+    pub fn place(&mut self, cache: &mut Cache, base: Vec<VertexId>) -> Vec<SlotId> {
         let mut slots = Vec::new();
-        self.base = self.corners_of_all(&self.roots);
+        self.base = base;
         for &vertex in &self.base {
-            if self.cache.slots_of(vertex).any(|slot| self.cache.slots[slot.0].is_unplaced()) {
-                self.cache.place_in_coarse_levels(vertex);
-                slots.extend(self.cache.slots_of(vertex));
+            if cache.slots_of(vertex).any(|slot| cache.slots[slot].is_unplaced()) {
+                cache.place_in_coarse_levels(vertex);
+                slots.extend(cache.slots_of(vertex));
             }
         }
-        self.cache.refresh_indirect(&slots, self.eye);
-        let rank = |vertex: VertexId| {
-            let first = self.cache.vertices[vertex.0].first_slot;
-            first.map_or(0, |slot| self.cache.slots[slot.0].rank)
-        };
+        let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.map_or(0, |slot| cache.slots[slot].rank);
         self.base.sort_by_cached_key(|&vertex| std::cmp::Reverse((rank(vertex), vertex)));
+        slots
     }
 
     /// Adds up what rests on the vertices that predict others.
-    pub(super) fn spread_importance(&mut self) {
+    pub fn spread_importance(&mut self, cache: &Cache, view: &mut ViewState) {
         for vertex in std::mem::take(&mut self.predicting) {
-            self.cache.vertices[vertex.0].importance_below = 0.0;
+            view.vertices[vertex].importance_below = 0.0;
         }
-        let mut parents: Vec<(VertexId, f32)> = Vec::new();
         // Finest first: what rests on a vertex rests on those that predict it.
-        for &vertex in self.base.iter().filter(|&&vertex| self.cache.indirect.rays(vertex) == 0) {
-            parents.clear();
-            let of = self.cache.parents_of(vertex);
-            parents.extend(of.map(|(slot, weight)| (self.cache.slots[slot.0].vertex, weight.abs())));
-            let record = &self.cache.vertices[vertex.0];
-            let importance = record.importance + record.importance_below;
-            for &(parent, weight) in &parents {
-                let below = &mut self.cache.vertices[parent.0].importance_below;
+        for &vertex in self.base.iter().filter(|&&vertex| cache.indirect.rays(vertex) == 0) {
+            let importance = view.vertices[vertex].importance + view.vertices[vertex].importance_below;
+            for (slot, weight) in cache.parents_of(vertex) {
+                let parent = cache.slots[slot].vertex;
+                let below = &mut view.vertices[parent].importance_below;
                 if *below == 0.0 {
                     self.predicting.push(parent);
                 }
-                *below += weight * importance;
+                *below += weight.abs() * importance;
             }
         }
     }
 
-    /// Brings predictions up to date where enough rays were traced for that to cost little beside them.
-    pub(super) fn refresh_predictions_in_time(&mut self) {
-        let waiting = self.cache.waiting_predictions();
-        // A prediction costs about as much as a ray. The first are rough, and soon replaced; later ones change little.
-        let share = (1 + self.predicted / ALIKE).min(RAYS_A_PREDICTION);
-        let cost = share * (waiting + self.base.len()) as u64;
-        if self.stats.rays - self.predicted_at >= cost {
-            self.refresh_waiting_predictions();
-        }
+    /// Whether so many rays were traced that to bring `waiting` predictions up to date costs little beside them: a prediction costs
+    /// about as much as a ray. The first are rough, and soon replaced; later ones change little.
+    #[must_use]
+    pub fn are_due(&self, waiting: usize, rays: u64) -> bool {
+        let share = (1 + self.refreshes / ALIKE).min(RAYS_A_PREDICTION);
+        rays - self.refreshed_at >= share * (waiting + self.base.len()) as u64
     }
 
-    /// Brings predictions up to date if any waits for that.
-    pub(super) fn refresh_waiting_predictions(&mut self) {
-        if self.cache.waiting_predictions() > 0 {
-            self.spread_importance();
-            self.refresh_predictions();
-        }
+    /// Notes that predictions are brought up to date after so many rays in all.
+    pub fn note_refresh(&mut self, rays: u64) {
+        (self.refreshed_at, self.refreshes) = (rays, self.refreshes + 1);
     }
 
-    /// Brings predictions up to date, with all that hangs on them.
-    pub(super) fn refresh_predictions(&mut self) {
-        (self.predicted_at, self.predicted) = (self.stats.rays, self.predicted + 1);
-        let written = self.cache.refresh_predictions(self.eye);
-        let mut leaves: Vec<NodeId> = self.nodes_around(&written);
-        leaves.iter_mut().for_each(|leaf| *leaf = self.cache.topology.indirect_leaf(*leaf));
-        leaves.dedup();
-        leaves.into_iter().for_each(|leaf| self.account_indirect(leaf));
-        let base = |slot: &&SlotId| self.cache.slots[slot.0].is_base();
-        let mut vertices: Vec<VertexId> = written.iter().filter(base).map(|s| self.cache.slots[s.0].vertex).collect();
-        vertices.extend_from_slice(&self.predicting);
-        vertices.sort_unstable();
-        vertices.dedup();
-        vertices.into_iter().for_each(|vertex| self.enqueue_gather(vertex));
-        self.published.changed.extend(written);
+    /// Notes that indirect light was surveyed anew.
+    pub fn note_survey(&mut self) {
+        self.refreshes = 0;
+    }
+
+    /// Base vertices that predict others in this view.
+    #[must_use]
+    pub fn predicting(&self) -> &[VertexId] {
+        &self.predicting
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn predictions_come_more_seldom_the_more_are_known() {
+        let mut predictions = Predictions { base: vec![VertexId(0); 90], ..Predictions::default() };
+        assert!(!predictions.are_due(10, 99) && predictions.are_due(10, 100));
+        (0..20).for_each(|_| predictions.note_refresh(1000));
+        assert!(!predictions.are_due(10, 1399) && predictions.are_due(10, 1400));
+        predictions.note_survey();
+        assert!(predictions.are_due(10, 1100));
     }
 }

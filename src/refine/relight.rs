@@ -3,10 +3,8 @@
 
 use super::engine::{Engine, Visible};
 use super::update::Update;
-use crate::cache::dynamic::SlotId;
+use crate::cache::ids::SlotId;
 use crate::cache::reweight::reweight;
-use crate::cache::topology::NodeId;
-use crate::cache::vertex::VertexId;
 use crate::light::context::SceneContext;
 use glam::Vec3;
 
@@ -14,7 +12,7 @@ impl Engine {
     /// Changes what the lights emit to `factors` times what the scene says, in the order of its lights, and takes a view, of
     /// a new generation: the returned update shows everything visible in the new light.
     ///
-    /// Direct light is exact at once as far as it was known, but for lights that share a mesh and change against each other: where
+    /// Direct light is exact at once as far as it was known, but for lights that share a group and change against each other: where
     /// much has been traced in their penumbra, the fraction that was visible stands in until it is traced again. Indirect light is, too, if all lights change by the same factor
     /// or go back to what they were before the last change; otherwise it is a guess until it is gathered again, which vertices
     /// do in order of what that is worth to the image.
@@ -26,24 +24,25 @@ impl Engine {
             let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
             mixed.into_iter().for_each(|light| reweight(&context, &mut self.cache, light));
             for vertex in std::mem::take(&mut self.enclosed) {
-                let progress = &mut self.cache.vertices[vertex.0].progress;
+                let progress = &mut self.cache.vertices[vertex].progress;
                 (progress.covered, progress.enclosed) = (false, false);
             }
             self.scale_surpluses(before.brightening(&now).powi(2));
             self.cache.relight_indirect(before, &now);
-            let all: Vec<SlotId> = (0..self.cache.slots.end()).map(SlotId).collect();
+            let all: Vec<SlotId> = self.cache.slots.ids().collect();
             self.evaluate(&all);
-            self.cache.refresh_indirect(&all, self.eye);
+            self.cache.refresh_indirect(&all, self.view.eye, &mut self.view.specular);
             self.measure_surpluses();
             self.checks.forget();
-            self.forget_checks();
+            self.scheduler.drop_checks();
+            self.view.leaves.iter_mut().for_each(|leaf| leaf.checked = 0);
         }
         self.set_visible(visible)
     }
 
     /// Square errors of interpolating indirect light grow with the square of the light, until they are measured again.
     fn scale_surpluses(&mut self, factor: f32) {
-        for id in 0..self.cache.topology.nodes.end() {
+        for id in self.cache.topology.nodes.ids() {
             let node = &mut self.cache.topology.nodes[id].indirect;
             node.surplus *= factor;
             node.doubt *= factor;
@@ -52,33 +51,8 @@ impl Engine {
 
     /// Measures the surpluses of direct light of all split nodes again.
     fn measure_surpluses(&mut self) {
-        for id in (0..self.cache.topology.nodes.end()).map(NodeId) {
+        for id in self.cache.topology.nodes.ids() {
             self.measure_direct(id);
-        }
-    }
-
-    /// Forgets that pixels were asked in other light: for other lights.
-    fn forget_checks(&mut self) {
-        for id in 0..self.cache.topology.nodes.end() {
-            self.cache.topology.nodes[id].work.checked = 0;
-        }
-    }
-
-    /// Forgets what the present view made its leaves and vertices worth: nothing is done for the pixels of another camera.
-    pub(super) fn forget_view(&mut self, stays: bool) {
-        if !stays {
-            self.checks.forget();
-        }
-        for leaf in if stays { Vec::new() } else { self.all_visible_leaves() } {
-            self.cache.topology.nodes[leaf.0].work.pixels = 0.0;
-        }
-        let mut leaves = Vec::new();
-        self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
-        for leaf in leaves {
-            let node = &mut self.cache.topology.nodes[leaf.0].indirect;
-            (node.pixels, node.importance, node.accounted) = (0.0, 0.0, 0.0);
-            let corners: [VertexId; 3] = self.cache.corner_vertices(leaf);
-            corners.iter().for_each(|v| self.cache.vertices[v.0].importance = 0.0);
         }
     }
 }

@@ -1,10 +1,11 @@
 //! What the engine tells the GPU: values written, and patches of triangles to redraw.
 //!
-//! The unit of update is a *patch*: the drawn triangles drawn last and the drawn triangles to draw now, both tiling the same region of
+//! The unit of update is a *patch*: the triangles drawn last and the triangles to draw now, both tiling the same region of
 //! one face. A new value, a split and a changed hanging pattern are all patches; where values alone changed, a patch is one
 //! triangle with `old == new`.
 
-pub use crate::cache::dynamic::{DrawnId, DrawnTriangle, SlotId};
+pub use crate::cache::drawn_mesh::DrawnTriangle;
+pub use crate::cache::ids::{DrawnId, SlotId};
 use crate::scene::FaceId;
 use glam::Vec3;
 use std::ops::Range;
@@ -70,7 +71,7 @@ pub struct EngineStats {
     pub rays: u64,
     /// Vertices at which light has been traced (others take agreeing neighbours' word).
     pub vertices: u64,
-    /// DrawnTriangle triangles of the dynamic mesh.
+    /// Drawn triangles.
     pub triangles: u64,
     /// Bytes held by the cache.
     pub cache_bytes: u64,
@@ -78,7 +79,7 @@ pub struct EngineStats {
     pub cpu_seconds: f64,
     /// Estimated relative error of the image; `None` while nothing can be said.
     pub estimated_error: Option<f32>,
-    /// Visible vertices of the scene's own mesh and of what was split before.
+    /// Visible vertices of the scene itself and of what was split before.
     pub visible: u64,
     /// Those of them that have no value yet.
     pub unlit: u64,

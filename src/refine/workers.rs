@@ -11,6 +11,15 @@ pub struct Workers {
     nanoseconds: AtomicU64,
 }
 
+/// Results in the order of their items, with the rays that they took.
+#[derive(Debug)]
+pub struct Counted<R> {
+    /// The results.
+    pub results: Vec<R>,
+    /// Rays traced.
+    pub rays: u64,
+}
+
 impl Workers {
     /// A pool of `threads` threads.
     ///
@@ -41,6 +50,17 @@ impl Workers {
         })
     }
 
+    /// Applies `work` to each item on all threads; it adds the rays that it traces to the count that it is given.
+    pub fn map_counting<T: Sync, R: Send>(&self, items: &[T], work: impl Fn(&T, &mut u64) -> R + Sync) -> Counted<R> {
+        let chunks = self.map_chunks(items, |chunk| {
+            let mut rays = 0;
+            let results: Vec<R> = chunk.iter().map(|item| work(item, &mut rays)).collect();
+            (results, rays)
+        });
+        let rays = chunks.iter().map(|(_, rays)| rays).sum();
+        Counted { results: chunks.into_iter().flat_map(|(results, _)| results).collect(), rays }
+    }
+
     /// CPU time spent in jobs so far, over all threads, seconds.
     #[must_use]
     pub fn cpu_seconds(&self) -> f64 {
@@ -56,7 +76,7 @@ pub fn thread_nanoseconds() -> u64 {
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 
-/// Wall time stands in for CPU time where the system has no such clock in importance.
+/// Wall time stands in for CPU time where the system has no such clock in reach.
 #[cfg(not(unix))]
 #[must_use]
 pub fn thread_nanoseconds() -> u64 {

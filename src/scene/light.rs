@@ -3,10 +3,6 @@
 use super::TriangleId;
 use glam::Vec3;
 
-/// Index into [`super::Scene::lights`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct LightId(pub u32);
-
 /// A light source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Light {

@@ -3,12 +3,14 @@
 #![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
 
 use glam::{DVec3, Vec2, Vec3};
+use penombre::cache::drawn_mesh::DrawnTriangle;
+use penombre::cache::ids::{DrawnId, SlotId};
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::light::lights::MAX_LIGHT_GROUPS;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
-use penombre::refine::update::{DrawnId, DrawnTriangle, Slot, SlotId, Update};
+use penombre::refine::update::{Slot, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::material::{Material, MaterialId};

@@ -3,9 +3,11 @@
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use glam::{Vec2, Vec3};
+use penombre::cache::drawn_mesh::DrawnTriangle;
+use penombre::cache::ids::{DrawnId, SlotId};
 use penombre::error::Error;
 use penombre::pass::{Renderer, UpdateMode};
-use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
+use penombre::refine::update::{Patch, Slot, Update};
 use penombre::scene::camera::{Camera, ImageSize, NamedCamera, View};
 use penombre::scene::material::{Material, MaterialId};
 use penombre::scene::texture::{Texture, TextureId};

@@ -2,9 +2,9 @@
 //! of a leaf know nothing.
 
 use super::engine::Engine;
-use crate::cache::pixel_vertex::weights_on_ray;
-use crate::cache::topology::NodeId;
-use crate::cache::visibility_probe;
+use crate::cache::ids::NodeId;
+use crate::cache::pixels::weights_on_ray;
+use crate::cache::visibility_probe::mismatch;
 use crate::light::highlight::GlossyTriangle;
 use crate::math::luminance;
 use glam::Vec3;
@@ -33,34 +33,28 @@ impl Engine {
     /// Traces a ray to each strong light from the middle of leaves that nothing else would split, or from where a pixel sees
     /// those of few pixels; once for each leaf.
     pub(super) fn probe_middles(&mut self, nodes: &[NodeId]) {
-        let error_model = self.error_model();
-        let silent: Vec<NodeId> = nodes.iter().copied().filter(|&node| error_model.wants_probe(node)).collect();
-        let (context, cache, eye) = (self.context(), &self.cache, self.eye);
+        let model = self.error_model();
+        let silent: Vec<NodeId> = nodes.iter().copied().filter(|&node| model.wants_probe(node)).collect();
+        let (context, cache, view) = (self.context(), &self.cache, &self.view);
         let point = |node: NodeId| {
-            let ray = cache.topology.nodes[node.0].work.ray;
-            let seen = ray.and_then(|ray| weights_on_ray(cache.corner_positions(node), eye, ray));
+            let ray = view.leaves[node].ray;
+            let seen = ray.and_then(|ray| weights_on_ray(cache.corner_positions(node), view.eye, ray));
             (node, seen.unwrap_or([1.0 / 3.0; 3]))
         };
-        let found = self.workers.map_chunks(&silent, |chunk| {
-            let mut rays = 0;
-            let found = chunk
-                .iter()
-                .map(|&node| visibility_probe::mismatch(&context, cache, point(node), 0, &mut rays))
-                .collect::<Vec<_>>();
-            (found, rays)
-        });
-        self.stats.rays += found.iter().map(|(_, rays)| rays).sum::<u64>();
-        for (node, mismatch) in silent.into_iter().zip(found.into_iter().flat_map(|(found, _)| found)) {
-            let work = &mut self.cache.topology.nodes[node.0].work;
-            (work.mismatch, work.mismatch_share) = (Some(mismatch.luminance), SHARE_OF_MIDDLE);
+        let probe = |&node: &NodeId, rays: &mut u64| mismatch(&context, cache, point(node), 0, rays);
+        let found = self.workers.map_counting(&silent, probe);
+        self.stats.rays += found.rays;
+        for (node, mismatch) in silent.into_iter().zip(found.results) {
+            let direct = &mut self.cache.topology.nodes[node].direct;
+            (direct.mismatch, direct.mismatch_share) = (Some(mismatch.luminance), SHARE_OF_MIDDLE);
         }
     }
 
     /// Looks for highlights hidden in leaves. No ray is traced: lights are as visible as they are at the corners.
     fn look_for_highlights(&mut self, nodes: &[NodeId]) {
-        for node in nodes {
-            let work = &mut self.cache.topology.nodes[node.0].work;
-            (work.highlight, work.highlight_share) = (0.0, 0.0);
+        for &node in nodes {
+            let leaf = &mut self.view.leaves[node];
+            (leaf.highlight, leaf.highlight_share) = (0.0, 0.0);
         }
         let glossy: Vec<NodeId> = nodes.iter().copied().filter(|&node| self.shows_highlights(node)).collect();
         let engine = &*self;
@@ -68,32 +62,33 @@ impl Engine {
             .workers
             .map_chunks(&glossy, |chunk| chunk.iter().map(|&node| engine.hidden_highlight(node)).collect::<Vec<_>>());
         for (node, hidden) in glossy.into_iter().zip(found.into_iter().flatten()) {
-            let work = &mut self.cache.topology.nodes[node.0].work;
-            (work.highlight, work.highlight_share) = (hidden.surplus, hidden.share);
+            let leaf = &mut self.view.leaves[node];
+            (leaf.highlight, leaf.highlight_share) = (hidden.surplus, hidden.share);
         }
     }
 
     /// Whether a leaf is seen, glossy, and its corners are known.
     fn shows_highlights(&self, id: NodeId) -> bool {
-        let node = &self.cache.topology.nodes[id.0];
-        let slots = node.corners.map(|slot| &self.cache.slots[slot.0]);
-        node.work.pixels > 0.0
-            && node.work.generation == self.generation
+        let node = &self.cache.topology.nodes[id];
+        let slots = node.corners.map(|slot| &self.cache.slots[slot]);
+        self.view.leaves[id].pixels > 0.0
+            && self.view.sees(id)
             && slots.iter().all(|slot| slot.direct.known && slot.shininess.is_some())
     }
 
     fn hidden_highlight(&self, id: NodeId) -> Hidden {
-        let corners = self.cache.topology.nodes[id.0].corners.map(|slot| &self.cache.slots[slot.0]);
+        let slots = self.cache.topology.nodes[id].corners;
+        let corners = slots.map(|slot| &self.cache.slots[slot]);
         let vertices = corners.map(|slot| slot.vertex);
-        let shown = corners.map(|slot| luminance(slot.direct.specular));
+        let shown = slots.map(|slot| luminance(self.view.specular[slot].direct));
         let shininess = corners[0].shininess.unwrap_or(0.0);
         let positions = self.cache.corner_positions(id);
-        let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.eye);
+        let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.view.eye);
         let floor = FLOOR * self.image.mean() + shown.iter().fold(f32::INFINITY, |m, &s| m.min(s));
         let mut hidden = Hidden::default();
         for (light, (emitter, layer)) in self.lights.groups().zip(&self.cache.layers).enumerate() {
             let factor = self.lights.group_factor(light);
-            let visible = vertices.map(|v| layer.visibility.get(v.0).fraction()).iter().sum::<f32>() / 3.0;
+            let visible = vertices.map(|v| layer.visibility.get(v).fraction()).iter().sum::<f32>() / 3.0;
             if visible == 0.0 || factor == Vec3::ZERO {
                 continue;
             }

@@ -1,0 +1,98 @@
+//! Base vertices by place, in grids of spacings that shrink threefold: how coarser ones around a vertex are found.
+
+use super::ids::VertexId;
+use super::pool::Pool;
+use super::vertex::Vertex;
+use glam::{IVec3, Vec3};
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+/// Spacings.
+pub const LEVELS: usize = 3;
+/// The widest spacing against the scene's scale.
+const WIDEST: f32 = 1.0 / 24.0;
+/// Ratio of one spacing to the next.
+const RATIO: f32 = 3.0;
+/// Coarser vertices are looked for within so many of their spacings.
+const WITHIN: f32 = 2.5;
+/// Coarser vertices that predict one.
+pub(super) const MOST_PARENTS: usize = 6;
+/// Least cosine between normals of vertices that have to do with each other.
+const SAME_SIDE: f32 = 0.3;
+/// Largest distance from the mean plane of two vertices against their distance.
+const FLAT: f32 = 1.0 / 3.0;
+
+/// Base vertices by place, a grid a spacing.
+#[derive(Clone, Debug, Default)]
+pub struct CoarseGrids {
+    grids: [FxHashMap<IVec3, Vec<VertexId>>; LEVELS],
+}
+
+/// A vertex near another.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Near {
+    pub vertex: VertexId,
+    /// Position relative to the other.
+    pub offset: Vec3,
+    pub distance: f32,
+}
+
+/// Vertices near one, nearest first.
+pub(super) type Neighbours = SmallVec<[Near; MOST_PARENTS]>;
+
+/// Spacing of a level, scene units; `scale` is the scene's.
+pub(super) fn spacing(scale: f32, level: usize) -> f32 {
+    scale * WIDEST * RATIO.powi(-(level as i32))
+}
+
+fn cell(scale: f32, level: usize, position: Vec3) -> IVec3 {
+    (position / (spacing(scale, level) * WITHIN)).floor().as_ivec3()
+}
+
+impl CoarseGrids {
+    /// Enters a vertex at `position` into a level and all finer ones.
+    pub(super) fn add(&mut self, vertex: VertexId, position: Vec3, from: usize, scale: f32) {
+        for level in from..LEVELS {
+            self.grids[level].entry(cell(scale, level, position)).or_default().push(vertex);
+        }
+    }
+
+    /// The nearest vertices of a level or coarser on the same side of the same surface as `here`, nearest first.
+    pub(super) fn near(
+        &self,
+        vertices: &Pool<VertexId, Vertex>,
+        here: &Vertex,
+        level: usize,
+        scale: f32,
+    ) -> Neighbours {
+        let (centre, within) = (cell(scale, level, here.position), spacing(scale, level) * WITHIN);
+        let mut found = Neighbours::new();
+        for i in 0..27 {
+            let cell = centre + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+            for &other in self.grids[level].get(&cell).into_iter().flatten() {
+                if let Some(near) = related(here, &vertices[other], other).filter(|near| near.distance <= within) {
+                    insert(&mut found, near);
+                }
+            }
+        }
+        found
+    }
+}
+
+/// How far another vertex lies from one, if it is on the same side of the same surface.
+fn related(here: &Vertex, there: &Vertex, other: VertexId) -> Option<Near> {
+    let offset = there.position - here.position;
+    let near = Near { vertex: other, offset, distance: offset.length() };
+    let normals = here.normal() + there.normal();
+    let is_flat = offset.dot(normals).abs() * 0.5 <= near.distance * FLAT;
+    (here.normal().dot(there.normal()) > SAME_SIDE && is_flat).then_some(near)
+}
+
+/// Keeps the nearest few in order.
+fn insert(found: &mut Neighbours, near: Near) {
+    let at = found.partition_point(|n| (n.distance, n.vertex) < (near.distance, near.vertex));
+    if at < MOST_PARENTS {
+        found.truncate(MOST_PARENTS - 1);
+        found.insert(at, near);
+    }
+}

@@ -1,0 +1,87 @@
+//! What is gathered of indirect light: sums of light vectors at vertices, sparse over vertices and slots.
+
+use super::ids::{SlotId, VertexId};
+use super::previous_lighting::{Gathers, PreviousLighting};
+use crate::estimate::light_vector::LightVector;
+
+/// Light vectors, sparse over vertices and slots.
+#[derive(Clone, Debug, Default)]
+pub struct IndirectLayer {
+    /// Rays gathered so far, by vertex, and sums over them, by slot: one set of rays serves all normals of a vertex.
+    pub(super) gathers: Gathers,
+    /// What was gathered before the lights changed.
+    pub(super) previous: PreviousLighting,
+    /// Whether what is shown leans on neighbours while rays are few.
+    pub filter: bool,
+    /// Base slots whose predictions wait to be brought up to date: one coarse vertex predicts hundreds.
+    pub(super) waiting: Vec<SlotId>,
+}
+
+/// New rays of one vertex.
+#[derive(Clone, Copy, Debug)]
+pub struct Round {
+    /// The vertex.
+    pub vertex: VertexId,
+    /// How many rays.
+    pub rays: u32,
+    /// How many entries of the results' sums belong to it.
+    pub sums: u32,
+}
+
+impl IndirectLayer {
+    /// Rays gathered at a vertex.
+    #[must_use]
+    pub fn rays(&self, vertex: VertexId) -> u32 {
+        self.gathers.rays.get(vertex)
+    }
+
+    /// Whether a slot has gathered anything itself. (A look that was added after its vertex's last round has not.)
+    #[must_use]
+    pub fn is_sampled(&self, slot: SlotId) -> bool {
+        self.gathers.sums.get(slot).samples() > 0
+    }
+
+    /// What a slot has gathered.
+    #[must_use]
+    pub fn sum(&self, slot: SlotId) -> LightVector {
+        self.gathers.sums.get(slot)
+    }
+
+    /// Adds a round.
+    pub fn add(&mut self, round: Round, sums: &[(SlotId, LightVector)]) {
+        *self.gathers.rays.entry(round.vertex) += round.rays;
+        for (slot, sum) in sums {
+            self.gathers.sums.entry(*slot).add(sum);
+        }
+    }
+
+    /// Forgets what was gathered at a vertex of one slot.
+    pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
+        self.gathers.forget(vertex, slot);
+        self.previous.forget(vertex, slot);
+    }
+
+    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, or a vertex inside a leaf from what
+    /// its corners do, luminance².
+    pub fn note_expected(&mut self, vertex: VertexId, square: f32) {
+        *self.gathers.expected.entry(vertex) = square;
+    }
+
+    /// How far a midpoint is expected to deviate, luminance².
+    #[must_use]
+    pub fn expected(&self, vertex: VertexId) -> f32 {
+        self.gathers.expected.get(vertex)
+    }
+
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.gathers.bytes() + self.previous.bytes()
+    }
+
+    /// Rays of a vertex's next round that would be its first under the present lights, `least` or more.
+    #[must_use]
+    pub fn first_rays(&self, vertex: VertexId, least: u32) -> u32 {
+        self.previous.first_rays(vertex, least)
+    }
+}

@@ -1,0 +1,187 @@
+//! Vertex slots: one shading normal and gloss of a vertex, with the luminance known there.
+
+use super::ids::{SlotId, VertexId};
+use super::pool::Table;
+use glam::Vec3;
+use smallvec::SmallVec;
+
+/// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows what
+/// they know; beside a valid vertex it does not count.
+/// The luminance pass relies on it (`LEAST_WEIGHT`): larger than what extrapolation by a raster step can make of 0.
+pub const COVERED_WEIGHT: f32 = 4e-3;
+
+/// One shading normal (and exponent) of a vertex, with the luminance known there in any view.
+#[derive(Clone, Debug)]
+pub struct SlotRecord {
+    /// The vertex whose samples it shares.
+    pub vertex: VertexId,
+    /// The vertex's next slot.
+    pub next: Option<SlotId>,
+    /// Unit shading normal, on the vertex's side.
+    pub normal: Vec3,
+    /// Phong exponent where the surface is glossy.
+    pub shininess: Option<f32>,
+    /// Whether it is meant to mirror: until there are reflections its highlight shows direct light only.
+    pub mirror: bool,
+    /// Direct light.
+    pub direct: Luminance,
+    /// Indirect light.
+    pub indirect: Luminance,
+    /// The slots that it lies between, if any.
+    pub between: Option<Between>,
+    /// Its place in the order in which slots are predicted: the spacing's number for base vertices, see
+    /// [`super::coarse_levels`], and [`INSIDE`] for all others.
+    pub rank: u8,
+    /// Whether its prediction waits to be brought up to date.
+    pub(super) waits: bool,
+    /// First slot that lies between this one and others, `slot * 8 + place`, linked through `next_between`.
+    pub(super) first_between: Option<u32>,
+    pub(super) next_between: SmallVec<[Option<u32>; 3]>,
+}
+
+/// Rank of slots inside the faces: predicted after all base vertices, in the order in which they were made.
+pub const INSIDE: u8 = u8::MAX;
+/// Rank of base vertices that are not in the order yet.
+const UNPLACED: u8 = u8::MAX - 1;
+
+/// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, the corners of the
+/// leaf that it lies inside, or coarser base vertices around a base vertex.
+#[derive(Clone, Debug)]
+pub struct Between {
+    /// The slots with their weights, of sum 1.
+    pub of: SmallVec<[(SlotId, f32); 3]>,
+    /// Whether they are coarser base vertices around a base vertex.
+    pub coarse: bool,
+}
+
+impl Between {
+    /// Whether it is between the corners of a leaf.
+    pub(super) fn is_inside_leaf(&self) -> bool {
+        !self.coarse && self.of.len() == 3
+    }
+}
+
+/// Diffuse luminance at a slot, from the lights or from everything else.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Luminance {
+    /// Diffuse luminance D, W·sr⁻¹·m⁻².
+    pub diffuse: Vec3,
+    /// Variance of the luminance of D, (W·sr⁻¹·m⁻²)².
+    pub variance: f32,
+    /// Whether there is a value at all.
+    pub known: bool,
+    /// Whether it is a guess, from before the lights changed or from coarser vertices: to be shown, but not to be computed with.
+    pub stale: bool,
+    /// Whether it is what coarser base vertices predict.
+    pub coarse: bool,
+}
+
+/// Specular luminance S at a slot for one eye, W·sr⁻¹·m⁻².
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Specular {
+    /// Of direct light.
+    pub direct: Vec3,
+    /// Of indirect light.
+    pub indirect: Vec3,
+}
+
+/// Light at a slot as one eye sees it: what is kept of it in any view, with S.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SlotLight {
+    /// Diffuse luminance D, W·sr⁻¹·m⁻².
+    pub diffuse: Vec3,
+    /// Specular luminance S, W·sr⁻¹·m⁻².
+    pub specular: Vec3,
+    /// Variance of the luminance of D, (W·sr⁻¹·m⁻²)².
+    pub variance: f32,
+    /// See [`Luminance`].
+    pub known: bool,
+    /// See [`Luminance`].
+    pub stale: bool,
+    /// See [`Luminance`].
+    pub coarse: bool,
+}
+
+impl SlotLight {
+    /// What was kept, with S.
+    #[must_use]
+    pub const fn new(kept: Luminance, specular: Vec3) -> Self {
+        let Luminance { diffuse, variance, known, stale, coarse } = kept;
+        Self { diffuse, specular, variance, known, stale, coarse }
+    }
+
+    /// What is kept of it in any view.
+    #[must_use]
+    pub const fn kept(self) -> Luminance {
+        let Self { diffuse, variance, known, stale, coarse, .. } = self;
+        Luminance { diffuse, variance, known, stale, coarse }
+    }
+}
+
+/// From where slots are seen, and their S from there as far as it is known.
+#[derive(Clone, Copy)]
+pub struct Eye<'a> {
+    /// Position of the eye, scene units.
+    pub position: Vec3,
+    /// S by slot.
+    pub specular: &'a Table<SlotId, Specular>,
+}
+
+/// What facets must have in common to share a slot.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Look {
+    pub(super) normal: Vec3,
+    pub(super) shininess: Option<f32>,
+    pub(super) mirror: bool,
+}
+
+impl SlotRecord {
+    /// A slot of which no light is known.
+    pub(super) fn new(vertex: VertexId, next: Option<SlotId>, Look { normal, shininess, mirror }: Look) -> Self {
+        Self {
+            vertex,
+            next,
+            normal,
+            shininess,
+            mirror,
+            direct: Luminance::default(),
+            indirect: Luminance::default(),
+            between: None,
+            rank: UNPLACED,
+            waits: false,
+            first_between: None,
+            next_between: SmallVec::new(),
+        }
+    }
+
+    /// Whether it has this look. Coplanar facets may differ in the last bits of their normals; 1e-6 is 0.08°.
+    pub(super) fn looks(&self, look: Look) -> bool {
+        (self.shininess, self.mirror) == (look.shininess, look.mirror) && self.normal.dot(look.normal) > 1.0 - 1e-6
+    }
+
+    /// Whether it belongs to a base vertex.
+    #[must_use]
+    pub const fn is_base(&self) -> bool {
+        self.rank < INSIDE
+    }
+
+    /// Whether it belongs to a base vertex that is not in the order of coarse levels yet.
+    #[must_use]
+    pub const fn is_unplaced(&self) -> bool {
+        self.rank == UNPLACED
+    }
+
+    /// Diffuse luminance D of all light, W·sr⁻¹·m⁻².
+    #[must_use]
+    pub fn diffuse(&self) -> Vec3 {
+        self.direct.diffuse + self.indirect.diffuse
+    }
+}
+
+impl Specular {
+    /// Of all light.
+    #[must_use]
+    pub fn total(&self) -> Vec3 {
+        self.direct + self.indirect
+    }
+}

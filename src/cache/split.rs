@@ -1,0 +1,164 @@
+//! What is added to the cache as the view asks for it: roots of faces with their base vertices, midpoints of splits, and the
+//! triangles that leaves are drawn as.
+
+use super::drawn_mesh::DrawnTriangle;
+use super::ids::{DrawnId, NodeId, SlotId, VertexId};
+use super::slot::{Between, INSIDE, Look, SlotRecord};
+use super::store::Cache;
+use super::topology::Children;
+use super::vertex::{Vertex, VertexName};
+use super::weld::{Group, Weld};
+use crate::scene::{FaceId, Scene, TriangleId};
+use glam::Vec3;
+
+/// What a split created.
+#[derive(Clone, Copy, Debug)]
+pub struct Split {
+    /// The four children.
+    pub children: Children,
+    /// Slots in the middle of the edges.
+    pub middles: [SlotId; 3],
+}
+
+impl Cache {
+    /// The root of `face`, created with its vertices on first demand.
+    pub fn root(&mut self, scene: &Scene, weld: &Weld, face: FaceId) -> NodeId {
+        if let Some(&root) = self.roots.get(&face) {
+            return root;
+        }
+        let corners = [0, 1, 2].map(|corner| self.corner_slot(scene, weld, face, corner));
+        let vertices = corners.map(|slot| self.slots[slot].vertex);
+        let root = self.topology.add_root(face, corners, vertices);
+        self.roots.insert(face, root);
+        root
+    }
+
+    /// The slot of a face's corner: shared with every facet of the vertex's group of the same normal and gloss.
+    fn corner_slot(&mut self, scene: &Scene, weld: &Weld, face: FaceId, corner: usize) -> SlotId {
+        let (triangle, back) = (face.triangle(), face.is_back());
+        let position = scene.triangles[triangle.0 as usize][corner];
+        let group = weld.group(scene, position, triangle);
+        let name = VertexName { position, back, group: group.index };
+        let vertex = match self.names.get(&name) {
+            Some(&vertex) => vertex,
+            None => self.add_base_vertex(scene, name, &group),
+        };
+        self.slot(vertex, slot_look(scene, position, triangle, back))
+    }
+
+    /// Creates a vertex with the slots of all facets of its group, visible or not: its rays serve them all.
+    fn add_base_vertex(&mut self, scene: &Scene, name: VertexName, group: &Group) -> VertexId {
+        let vertex = self.vertices.insert(Vertex::base(scene, name, group, self.scale));
+        self.names.insert(name, vertex);
+        for &facet in &group.facets {
+            self.slot(vertex, slot_look(scene, name.position, facet, name.back));
+        }
+        vertex
+    }
+
+    /// The slot of a vertex with the given look, added if there is none.
+    pub(super) fn slot(&mut self, vertex: VertexId, look: Look) -> SlotId {
+        let same = self.slots_of(vertex).find(|&slot| self.slots[slot].looks(look));
+        if let Some(slot) = same {
+            return slot;
+        }
+        let slot = self.slots.insert(SlotRecord::new(vertex, self.vertices[vertex].first_slot, look));
+        self.vertices[vertex].first_slot = Some(slot);
+        slot
+    }
+
+    /// Splits a leaf, whose neighbours must not be coarser than it.
+    pub fn split(&mut self, id: NodeId) -> Split {
+        let edges = self.topology.nodes[id].edges;
+        for edge in edges {
+            if self.topology.midpoint(edge).is_none() {
+                let [a, b] = self.topology.ends(edge).map(|end| &self.vertices[end]);
+                let vertex = self.vertices.insert(Vertex::midpoint(a, b, self.scale));
+                self.topology.set_midpoint(edge, vertex);
+            }
+        }
+        let middles = [0, 1, 2].map(|at| self.middle_slot(id, at).unwrap_or(self.topology.nodes[id].corners[at]));
+        let slots = &self.slots;
+        let children = self.topology.split(id, middles, |slot| slots[slot].vertex);
+        Split { children, middles }
+    }
+
+    /// The slot of a node's own look at the midpoint of its edge `at`, if that edge has one.
+    fn middle_slot(&mut self, id: NodeId, at: usize) -> Option<SlotId> {
+        let node = &self.topology.nodes[id];
+        let vertex = self.topology.midpoint(node.edges[at])?;
+        let ends = [node.corners[at], node.corners[(at + 1) % 3]];
+        let [a, b] = ends.map(|slot| &self.slots[slot]);
+        let normal = (a.normal + b.normal).normalize_or(a.normal);
+        let look = Look { normal, shininess: a.shininess, mirror: a.mirror };
+        let slot = self.slot(vertex, look);
+        if self.slots[slot].between.is_none() {
+            self.note_between(slot, Between { of: ends.into_iter().map(|end| (end, 0.5)).collect(), coarse: false });
+        }
+        Some(slot)
+    }
+
+    /// Notes that a new slot lies between others.
+    pub(super) fn note_between(&mut self, slot: SlotId, between: Between) {
+        for (place, (other, _)) in (0..).zip(&between.of) {
+            let previous = self.slots[*other].first_between.replace(slot.0 * 8 + place);
+            self.slots[slot].next_between.push(previous);
+        }
+        let record = &mut self.slots[slot];
+        if !between.coarse {
+            record.rank = INSIDE;
+        }
+        record.between = Some(between);
+    }
+
+    /// How a node's surface looks inside it.
+    pub(super) fn look_inside(&self, id: NodeId, weights: [f32; 3]) -> Look {
+        let corners = self.topology.nodes[id].corners.map(|slot| &self.slots[slot]);
+        let [a, ..] = corners;
+        let sum: Vec3 = corners.iter().zip(weights).map(|(corner, weight)| corner.normal * weight).sum();
+        Look { normal: sum.normalize_or(a.normal), shininess: a.shininess, mirror: a.mirror }
+    }
+
+    /// Draws a leaf through the midpoints on its edges, so that no crack or kink shows (conforming triangulation). Each triangle
+    /// shows the value of `flat` all over if that is given.
+    pub fn draw(&mut self, id: NodeId, flat: Option<SlotId>) -> Vec<DrawnId> {
+        let (face, level) = (self.topology.nodes[id].face, self.topology.nodes[id].level);
+        let triangles = self.triangulate(id);
+        let add = |slots| self.drawn.add(id, DrawnTriangle { slots, face, level, flat });
+        triangles.into_iter().map(add).collect()
+    }
+
+    /// The triangles of a leaf through the midpoints on its edges.
+    fn triangulate(&mut self, id: NodeId) -> Vec<[SlotId; 3]> {
+        let c = self.topology.nodes[id].corners;
+        let m = [0, 1, 2].map(|at| self.middle_slot(id, at));
+        let at = |i: usize| c[i % 3];
+        match (m, m.iter().flatten().count()) {
+            ([Some(m0), Some(m1), Some(m2)], _) => {
+                vec![[c[0], m0, m2], [m0, c[1], m1], [m2, m1, c[2]], [m0, m1, m2]]
+            }
+            (_, 2) => {
+                // The two split edges meet at corner i + 1; the quadrilateral left over is cut from corner i.
+                let i = (0..3).find(|&i| m[i].is_some() && m[(i + 1) % 3].is_some()).unwrap_or(0);
+                let (Some(first), Some(second)) = (m[i], m[(i + 1) % 3]) else { return vec![c] };
+                vec![[first, at(i + 1), second], [at(i), first, second], [at(i), second, at(i + 2)]]
+            }
+            (_, 1) => {
+                let i = (0..3).find(|&i| m[i].is_some()).unwrap_or(0);
+                let Some(middle) = m[i] else { return vec![c] };
+                vec![[at(i), middle, at(i + 2)], [middle, at(i + 1), at(i + 2)]]
+            }
+            _ => vec![c],
+        }
+    }
+}
+
+/// Shading normal and gloss of a triangle's corner at `position`, on the given side.
+fn slot_look(scene: &Scene, position: u32, triangle: TriangleId, back: bool) -> Look {
+    let t = triangle.0 as usize;
+    let corner = scene.triangles[t].iter().position(|&p| p == position).unwrap_or(0);
+    let front = scene.normals[t][corner];
+    let material = scene.material(triangle);
+    let normal = if back { -front } else { front };
+    Look { normal, shininess: material.is_glossy().then_some(material.shininess), mirror: material.mirror }
+}

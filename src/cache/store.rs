@@ -1,0 +1,162 @@
+//! The cache as a whole: what is true of the light in a scene whatever is looked at.
+//!
+//! Sample points and their slots, the hierarchy and the triangles that its leaves are drawn as, a layer of samples for each
+//! light group and one for indirect light, the radiance grid, and the priors of visibility. What a view needs beyond that
+//! stands in `refine`.
+
+use super::coarse_grids::CoarseGrids;
+use super::drawn_mesh::DrawnMesh;
+use super::ids::{NodeId, SlotId, VertexId};
+use super::indirect_layer::IndirectLayer;
+use super::layer::Layer;
+use super::pool::Pool;
+use super::radiance_grid::RadianceGrid;
+use super::slot::{COVERED_WEIGHT, SlotRecord};
+use super::topology::Topology;
+use super::vertex::{Vertex, VertexName};
+use super::visibility_prior::VisibilityPrior;
+use crate::estimate::penumbra::Penumbrae;
+use crate::scene::{FaceId, Scene};
+use glam::Vec3;
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+/// Everything that the engine thread owns of the light in a scene.
+#[derive(Default)]
+pub struct Cache {
+    /// Vertices.
+    pub vertices: Pool<VertexId, Vertex>,
+    /// Their slots.
+    pub slots: Pool<SlotId, SlotRecord>,
+    /// The hierarchy.
+    pub topology: Topology,
+    /// The triangles that its leaves are drawn as.
+    pub drawn: DrawnMesh,
+    /// What is sampled of each light group, in their order.
+    pub layers: Vec<Layer>,
+    /// What is gathered of indirect light.
+    pub indirect: IndirectLayer,
+    /// How likely places see each light group.
+    pub(super) prior: VisibilityPrior,
+    /// How sure points in the lights' penumbrae are.
+    pub(super) penumbrae: Penumbrae,
+    /// What gather rays find at their hits.
+    pub(super) radiance: RadianceGrid,
+    /// The order of base vertices in coarse levels.
+    pub(super) coarse: CoarseGrids,
+    /// Base vertices by name.
+    pub(super) names: FxHashMap<VertexName, VertexId>,
+    /// Roots of the faces that were asked for.
+    pub(super) roots: FxHashMap<FaceId, NodeId>,
+    /// The scene's scale, scene units.
+    pub(super) scale: f32,
+}
+
+impl Cache {
+    /// An empty cache for a scene with so many light groups.
+    #[must_use]
+    pub fn new(scene: &Scene, groups: usize) -> Self {
+        let scale = scene.scale();
+        let radiance = RadianceGrid::new(scene.bounds().map_or(Vec3::ZERO, |(low, _)| low), scene.diagonal());
+        let prior = VisibilityPrior::new(groups, scale);
+        let penumbrae = Penumbrae::new(groups);
+        Self { layers: vec![Layer::default(); groups], prior, penumbrae, radiance, scale, ..Self::default() }
+    }
+
+    /// The root of `face`, if there is one.
+    #[must_use]
+    pub fn root_of(&self, face: FaceId) -> Option<NodeId> {
+        self.roots.get(&face).copied()
+    }
+
+    /// The slots of a vertex.
+    pub fn slots_of(&self, vertex: VertexId) -> impl Iterator<Item = SlotId> + '_ {
+        std::iter::successors(self.vertices[vertex].first_slot, |&slot| self.slots[slot].next)
+    }
+
+    /// The vertices at a node's corners.
+    #[must_use]
+    pub fn corner_vertices(&self, node: NodeId) -> [VertexId; 3] {
+        self.topology.nodes[node].corners.map(|slot| self.slots[slot].vertex)
+    }
+
+    /// The vertices that a leaf is drawn with: its corners, and the midpoints on its edges.
+    #[must_use]
+    pub fn drawn_vertices(&self, node: NodeId) -> SmallVec<[VertexId; 6]> {
+        let edges = self.topology.nodes[node].edges;
+        let middles = edges.iter().filter_map(|&edge| self.topology.midpoint(edge));
+        self.corner_vertices(node).into_iter().chain(middles).collect()
+    }
+
+    /// Positions of a node's corners.
+    #[must_use]
+    pub fn corner_positions(&self, node: NodeId) -> [Vec3; 3] {
+        self.corner_vertices(node).map(|v| self.vertices[v].position)
+    }
+
+    /// The first of the slots that lie between a slot and others, with the link to the next.
+    pub(super) fn first_between(&self, slot: SlotId) -> Option<(SlotId, Option<u32>)> {
+        self.linked_between(self.slots[slot].first_between?)
+    }
+
+    /// The slot that a link of [`Self::first_between`] leads to, with the link to the next.
+    pub(super) fn linked_between(&self, link: u32) -> Option<(SlotId, Option<u32>)> {
+        Some((SlotId(link / 8), self.slots[SlotId(link / 8)].next_between[link as usize % 8]))
+    }
+
+    /// Whether other geometry covers a slot's vertex.
+    #[must_use]
+    pub fn is_covered(&self, slot: SlotId) -> bool {
+        self.vertices[self.slots[slot].vertex].progress.covered
+    }
+
+    /// Weight of a slot's vertex in interpolation.
+    #[must_use]
+    pub fn weight(&self, slot: SlotId) -> f32 {
+        if self.is_covered(slot) { COVERED_WEIGHT } else { 1.0 }
+    }
+
+    /// Bytes held by the cache's structures.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let layers: usize = self.layers.iter().map(|l| l.visibility.bytes() + l.sums.bytes()).sum();
+        let maps = self.names.capacity() * size_of::<(VertexName, VertexId)>()
+            + self.roots.capacity() * size_of::<(FaceId, NodeId)>();
+        layers
+            + self.prior.bytes()
+            + self.penumbrae.bytes()
+            + self.indirect.bytes()
+            + self.radiance.bytes()
+            + maps
+            + self.topology.bytes()
+            + self.vertices.bytes()
+            + self.slots.bytes()
+            + self.drawn.bytes()
+    }
+
+    /// Checks hierarchy, slots and drawn triangles against each other.
+    ///
+    /// # Panics
+    /// If a rule is broken (debug builds and tests call it).
+    pub fn validate(&self) {
+        self.topology.validate(|slot| self.slots[slot].vertex);
+        for id in self.slots.ids() {
+            let (i, slot) = (id.0, &self.slots[id]);
+            assert!(self.slots_of(slot.vertex).any(|s| s.0 == i), "slot {i} is listed at its vertex");
+            assert!((slot.normal.length() - 1.0).abs() < 1e-3, "slot {i}: unit normal");
+            for (other, _) in slot.between.iter().flat_map(|between| &between.of) {
+                let before = |s: &SlotRecord, id: u32| (s.rank, id);
+                let order = before(&self.slots[*other], other.0) < before(slot, i);
+                assert!(order, "slot {i}: predicted after those it lies between");
+                let next = |&(_, link): &(SlotId, Option<u32>)| self.linked_between(link?);
+                let mut between = std::iter::successors(self.first_between(*other), next);
+                assert!(between.any(|(s, _)| s.0 == i), "slot {i}: listed at those it lies between");
+            }
+            for drawn in self.drawn.with_slot(id) {
+                let record = &self.drawn.triangles[drawn];
+                assert!(record.triangle.all_slots().any(|slot| slot.0 == i), "slot {i}: {drawn:?} uses it");
+                assert!(self.drawn.of_node(record.node).contains(&drawn), "{drawn:?} is one of its node's");
+            }
+        }
+    }
+}

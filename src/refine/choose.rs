@@ -1,0 +1,110 @@
+//! Choosing the work of a batch: the tasks that pay most, by their present keys.
+
+use super::engine::Engine;
+use super::scheduler::Task;
+use super::work::Work;
+use crate::cache::direct::{Job, Wanted};
+use crate::cache::ids::{NodeId, VertexId};
+
+/// Base vertices a batch: enough to be worth handing out, few enough to keep the frame loop served.
+const FIRST_VISITS: usize = 512;
+/// Tasks a batch: few, so that each is chosen knowing what the ones before found.
+const TASKS: usize = 64;
+/// Rays of direct light a batch, about: a view that changes waits for no more, and no worker for another.
+const DIRECT_RAYS: f32 = 65536.0;
+/// Gather rays of a batch: the frame loop is served between batches.
+const GATHER_RAYS: u32 = 8192;
+/// A task whose key has fallen below this share of what it was queued with goes back into the queue.
+const STALE: f32 = 0.8;
+
+impl Engine {
+    /// Takes the tasks that pay most.
+    pub(super) fn choose(&mut self) -> Work {
+        let mut work = Work { first_visits: self.scheduler.take_first_visits(FIRST_VISITS), ..Work::default() };
+        if !work.first_visits.is_empty() {
+            return work;
+        }
+        while work.tasks() < TASKS && work.gather_rays < GATHER_RAYS && work.direct_rays < DIRECT_RAYS {
+            if let Some(leaf) = self.next_check() {
+                work.checks.push(leaf);
+                continue;
+            }
+            let Some((task, queued)) = self.scheduler.pop() else { break };
+            let Some(key) = self.current_key(task) else { continue };
+            if key < queued * STALE {
+                self.scheduler.push(task, key);
+            } else {
+                self.take(task, &mut work);
+            }
+        }
+        work
+    }
+
+    /// Takes a leaf to be checked, if one is worth more than the next task or it is time for one.
+    fn next_check(&mut self) -> Option<NodeId> {
+        while let (next, other) = (self.scheduler.greatest_check(), self.scheduler.greatest())
+            && self.checks.are_due(next, other, self.stats.rays)
+        {
+            let id = self.scheduler.pop_check()?;
+            if self.error_model().wants_check(id) {
+                self.checks.promise(self.view.leaves[id].pixels);
+                return Some(id);
+            }
+        }
+        None
+    }
+
+    /// What a queued task is worth now; `None` if it is void.
+    fn current_key(&self, task: Task) -> Option<f32> {
+        let model = self.error_model();
+        match task {
+            Task::Split(id) => self.cache.topology.is_leaf(id).then(|| model.split_key(id)),
+            Task::SamplePixel(id) => self.cache.topology.is_leaf(id).then(|| model.pixel_sample_key(id)),
+            Task::TraceDeferred(id) | Task::DoublePoints(id) => Some(model.vertex_key(id, self.rays_of(task))),
+            Task::Gather(id) => Some(model.gather_key(id)),
+            Task::RefineIndirect(id) => (!self.cache.topology.nodes[id].indirect.split).then(|| model.refine_key(id)),
+            Task::FirstVisit(_) | Task::CheckPixels(_) => None,
+        }
+    }
+
+    /// Adds a task to the work of the batch.
+    fn take(&mut self, task: Task, work: &mut Work) {
+        work.direct_rays += self.rays_of(task);
+        match task {
+            Task::Split(node) => work.splits.push(node),
+            Task::SamplePixel(node) => work.pixel_samples.push(node),
+            Task::TraceDeferred(vertex) => work.visits.push(self.visit(vertex, Wanted::Settle)),
+            Task::DoublePoints(vertex) => work.visits.push(self.visit(vertex, Wanted::Double)),
+            Task::Gather(vertex) => {
+                let rays = self.cache.indirect.rays(vertex);
+                work.gather_rays += if rays == 0 { self.error_model().first_rays_at(vertex) } else { rays };
+                work.gathers.push(vertex);
+            }
+            Task::RefineIndirect(node) => {
+                work.gather_rays += 3 * self.error_model().first_rays(node);
+                work.refined.push(node);
+            }
+            Task::FirstVisit(_) | Task::CheckPixels(_) => {}
+        }
+    }
+
+    /// The job of a task. What else is queued for its vertex is void now: a vertex may be queued twice with the samples it
+    /// has, and the same points traced twice in a batch would count twice.
+    fn visit(&mut self, vertex: VertexId, wanted: Wanted) -> Job {
+        self.scheduler.void_direct(vertex);
+        Job { vertex, wanted }
+    }
+
+    /// Rays of direct light that a task would take.
+    pub(super) fn rays_of(&self, task: Task) -> f32 {
+        let left = |vertex: VertexId| self.cache.vertices[vertex].progress.left;
+        match task {
+            Task::Split(id) | Task::SamplePixel(id) => {
+                self.error_model().points_between(&self.cache.topology.nodes[id])
+            }
+            Task::TraceDeferred(id) => left(id).settle as f32,
+            Task::DoublePoints(id) => left(id).double as f32,
+            Task::FirstVisit(_) | Task::Gather(_) | Task::RefineIndirect(_) | Task::CheckPixels(_) => 0.0,
+        }
+    }
+}

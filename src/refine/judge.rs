@@ -1,0 +1,226 @@
+//! Judging what has changed: surpluses, the image's error, and the keys of everything around. Nothing waits with a key that what was
+//! just found has raised.
+
+use super::engine::Engine;
+use super::error_model::CHILD;
+use super::pixel_checks::{self, Found, Reference};
+use super::scheduler::Task;
+use super::work::{Lit, SplitLeaf, Work};
+use crate::cache::ids::{NodeId, SlotId, VertexId};
+use crate::cache::visibility_probe;
+
+impl Engine {
+    /// Brings surpluses, the image's error and keys up to date with direct light that has changed, and checks pixels.
+    pub(super) fn judge(&mut self, lit: &Lit) {
+        if lit.first_visits {
+            return self.judge_first_visits(&lit.slots);
+        }
+        lit.splits.iter().for_each(|leaf| self.divide_leaf(leaf));
+        let mut nodes = self.nodes_around(&lit.slots);
+        nodes.extend_from_slice(&lit.pixel_samples);
+        nodes.extend(lit.splits.iter().flat_map(|leaf| leaf.split.children.all()));
+        nodes.retain(|&node| self.cache.topology.is_leaf(node));
+        self.measure_around(&mut nodes);
+        nodes.sort_unstable();
+        nodes.dedup();
+        self.look_between_corners(&nodes);
+        for node in nodes {
+            self.account(node);
+            self.enqueue_leaf(node);
+        }
+        self.gather_inside(&lit.pixel_samples);
+        self.check_pixels(&lit.checks);
+        if self.miss_rate.has_risen() {
+            self.view.visible_leaves(&self.cache).into_iter().for_each(|leaf| self.enqueue_leaf(leaf));
+        }
+    }
+
+    /// The same after first visits; when the last is done, everything visible is queued.
+    fn judge_first_visits(&mut self, slots: &[SlotId]) {
+        let nodes = self.nodes_around(slots);
+        self.look_between_corners(&nodes);
+        nodes.iter().for_each(|&node| self.account(node));
+        if self.is_complete() {
+            let leaves = self.view.visible_leaves(&self.cache);
+            self.enqueue_leaves(&leaves);
+            self.survey_indirect();
+        }
+    }
+
+    /// Hands a split leaf's pixels, and what checks found there, over to its children.
+    fn divide_leaf(&mut self, leaf: &SplitLeaf) {
+        let surplus = self.error_model().surplus(leaf.node, leaf.split.middles);
+        leaf.by_miss_rate.into_iter().for_each(|square| self.miss_rate.note(surplus / square));
+        let parent = self.view.leaves[leaf.node];
+        for child in leaf.split.children.all() {
+            let child = &mut self.view.leaves[child];
+            (child.pixels, child.share) = (parent.pixels * 0.25, parent.share * 0.25);
+            child.generation = parent.generation;
+        }
+        self.checks.hand_down(leaf.node, leaf.split.children, &mut self.cache, &mut self.view);
+        self.image.replace(&mut self.view.leaves[leaf.node].accounted, None);
+    }
+
+    /// Measures what the parents of leaves were split for by what is known there now, since the first look was a noisy one, and adds
+    /// the leaves beside that are judged by it, too.
+    fn measure_around(&mut self, leaves: &mut Vec<NodeId>) {
+        let parent = |&leaf: &NodeId| self.cache.topology.nodes[leaf].parent;
+        let mut parents: Vec<NodeId> = leaves.iter().filter_map(parent).collect();
+        parents.sort_unstable();
+        parents.dedup();
+        for parent in parents {
+            self.measure_direct(parent);
+            let topology = &self.cache.topology;
+            leaves.extend(topology.children(parent).filter(|&child| topology.is_leaf(child)));
+        }
+    }
+
+    /// Tells a split node's children its surplus of direct light.
+    pub(super) fn measure_direct(&mut self, parent: NodeId) {
+        let Some(middles) = self.cache.topology.middles(parent) else { return };
+        let surplus = self.error_model().surplus(parent, middles) * CHILD;
+        let children = self.cache.topology.children(parent);
+        children.for_each(|child| self.cache.topology.nodes[child].direct.surplus = surplus);
+    }
+
+    /// Checks the pixels of leaves.
+    fn check_pixels(&mut self, nodes: &[NodeId]) {
+        let Some(image) = self.view.image else { return };
+        let (context, cache, view) = (self.context(), &self.cache, &self.view);
+        let turn = |node: NodeId| if view.is_checked(node) { view.leaves[node].checks } else { 0 };
+        let check = |node, rays: &mut u64| pixel_checks::check(&context, cache, (&image, node), turn(node), rays);
+        let found = self.workers.map_counting(nodes, |&node, rays| check(node, rays));
+        self.stats.rays += found.rays;
+        self.checks.note_rays(found.rays);
+        for (&node, found) in nodes.iter().zip(found.results) {
+            if self.cache.topology.is_leaf(node) {
+                self.note_check(node, found);
+            }
+        }
+    }
+
+    fn note_check(&mut self, node: NodeId, found: Found) {
+        let model = self.error_model();
+        let luminance = model.reference_luminance(&model.leaf(node));
+        let of = Reference { luminance, reflectance: model.diffuse_reflectance(node) };
+        self.checks.note(node, found, of, &mut self.cache, &mut self.view);
+        self.account(node);
+        self.enqueue_leaf(node);
+    }
+
+    /// Brings a leaf's share of the image's error up to date.
+    pub(super) fn account(&mut self, id: NodeId) {
+        let error = self.view.sees(id).then(|| self.error_model().leaf_error(id));
+        self.image.replace(&mut self.view.leaves[id].accounted, error);
+    }
+
+    /// Queues everything that the visible leaves leave to do.
+    pub(super) fn enqueue_leaves(&mut self, leaves: &[NodeId]) {
+        for &leaf in leaves {
+            self.account(leaf);
+            self.enqueue_leaf(leaf);
+        }
+        let of_leaf = |&leaf: &NodeId| {
+            let node = &self.cache.topology.nodes[leaf];
+            node.corners.into_iter().chain(node.pixel_vertex)
+        };
+        let slots: Vec<SlotId> = leaves.iter().flat_map(of_leaf).collect();
+        self.enqueue_vertices(&slots);
+    }
+
+    /// Queues a leaf by its present keys.
+    pub(super) fn enqueue_leaf(&mut self, id: NodeId) {
+        let tasks = [Task::Split(id), Task::SamplePixel(id)];
+        if !self.view.sees(id) {
+            return tasks.into_iter().for_each(|task| self.scheduler.void(task));
+        }
+        let model = self.error_model();
+        let keys = [model.split_key(id), model.pixel_sample_key(id)];
+        tasks.into_iter().zip(keys).for_each(|(task, key)| self.scheduler.replace(task, key));
+        self.enqueue_check(id);
+    }
+
+    /// Queues a leaf whose corners agree to be checked.
+    fn enqueue_check(&mut self, id: NodeId) {
+        let task = Task::CheckPixels(id);
+        if !self.scheduler.waits(task) && self.error_model().wants_check(id) {
+            let key = self.error_model().check_key(id);
+            self.scheduler.push(task, key);
+        }
+    }
+
+    /// Queues what is left to trace at the vertices of slots, whose triangles are drawn.
+    pub(super) fn enqueue_vertices(&mut self, slots: &[SlotId]) {
+        let mut vertices: Vec<VertexId> = slots.iter().map(|&slot| self.cache.slots[slot].vertex).collect();
+        vertices.sort_unstable();
+        vertices.dedup();
+        for id in vertices {
+            for task in [Task::TraceDeferred(id), Task::DoublePoints(id)] {
+                let rays = self.rays_of(task);
+                if rays > 0.0 {
+                    let key = self.error_model().vertex_key(id, rays);
+                    self.scheduler.push(task, key);
+                }
+            }
+        }
+    }
+
+    /// Queues those of the visible leaves anew whose corners have come to agree about lights that a check left out.
+    fn reopen_checks(&mut self) {
+        let knows_more = |&id: &NodeId| {
+            let open = self.view.leaves[id].check_open;
+            self.view.is_checked(id) && open > 0 && visibility_probe::open_lights(&self.cache, id) < open
+        };
+        let leaves = self.view.visible_leaves(&self.cache).into_iter();
+        for leaf in leaves.filter(knows_more).collect::<Vec<_>>() {
+            let checked = std::mem::replace(&mut self.view.leaves[leaf].checked, 0);
+            self.enqueue_check(leaf);
+            if self.scheduler.waits(Task::CheckPixels(leaf)) {
+                self.view.leaves[leaf].check_open = 0;
+            } else {
+                self.view.leaves[leaf].checked = checked;
+            }
+        }
+    }
+
+    /// Queues what there is to do after all: what was not worth it when it was last looked at may be, by what is known of the image
+    /// now.
+    pub(super) fn look_again(&mut self) {
+        self.reopen_checks();
+        self.refresh_waiting_predictions();
+        let leaves = self.view.visible_leaves(&self.cache);
+        self.enqueue_leaves(&leaves);
+    }
+
+    /// Steps down the ladder of tolerances and queues what the visible leaves leave to do there; `false` at its end.
+    pub(super) fn lower_tolerance(&mut self) -> bool {
+        while self.scheduler.has_only_checks() && self.tolerance > self.options.tolerance {
+            self.step_down();
+        }
+        !self.scheduler.has_only_checks()
+    }
+
+    /// Goes on to the next rung of the ladder where direct light is done: it does not wait for indirect light, which never is.
+    pub(super) fn end_rung(&mut self, work: &Work) {
+        if work.direct_tasks() == 0 && self.tolerance > self.options.tolerance {
+            self.step_down();
+        }
+    }
+
+    /// Halves the tolerance and queues what that leaves to do.
+    fn step_down(&mut self) {
+        self.tolerance = (self.tolerance * 0.5).max(self.options.tolerance);
+        self.look_again();
+        self.survey_indirect();
+    }
+
+    /// Leaves that are drawn with any of the slots.
+    pub(super) fn nodes_around(&self, slots: &[SlotId]) -> Vec<NodeId> {
+        let drawn = slots.iter().flat_map(|&slot| self.cache.drawn.with_slot(slot));
+        let mut nodes: Vec<NodeId> = drawn.map(|drawn| self.cache.drawn.triangles[drawn].node).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.retain(|&node| self.cache.topology.is_leaf(node));
+        nodes
+    }
+}

@@ -1,0 +1,207 @@
+//! What the GPU is told: slots written, patches to redraw, and when the triangles that they replace may be recycled.
+
+use super::update::{Patch, Slot, Update};
+use super::view::ViewState;
+use crate::cache::ids::{DrawnId, NodeId, SlotId};
+use crate::cache::pool::{Sparse, Table};
+use crate::cache::store::Cache;
+use std::collections::VecDeque;
+
+/// What has been published and what is due.
+#[derive(Default)]
+pub struct Publisher {
+    /// Slots evaluated since the last update.
+    changed: Vec<SlotId>,
+    /// Nodes whose triangles are no longer right.
+    redraw: Vec<NodeId>,
+    /// Number of the last update.
+    sequence: u64,
+    /// The last update that changed triangles, and the last whose triangles' pixels are counted.
+    redrawn: u64,
+    counted: u64,
+    /// The last update that showed a new view.
+    viewed: u64,
+    /// Triangles out of use, with the update that replaced them.
+    retired: VecDeque<(u64, DrawnId)>,
+    /// Update that first drew each triangle.
+    born: Sparse<DrawnId, u64>,
+    /// Update that last listed each triangle for its values.
+    listed: Table<DrawnId, u64>,
+    /// Nodes whose triangles' pixels are not known, with the update that draws them, in its order.
+    uncounted: VecDeque<(u64, NodeId)>,
+}
+
+impl Publisher {
+    /// Notes that the values of slots have changed.
+    pub fn note_changed(&mut self, slots: &[SlotId]) {
+        self.changed.extend_from_slice(slots);
+    }
+
+    /// Notes that a node's triangles must be drawn anew; a node that never was drawn is part of one that was.
+    pub fn note_redraw(&mut self, cache: &Cache, node: NodeId) {
+        if !cache.drawn.of_node(node).is_empty() {
+            self.redraw.push(node);
+        }
+    }
+
+    /// Notes that the pixels of all triangles are known as update `sequence` left them.
+    pub fn note_counted(&mut self, sequence: u64) {
+        self.counted = sequence;
+    }
+
+    /// Whether triangles were drawn whose pixels are not counted.
+    #[must_use]
+    pub const fn awaits_counts(&self) -> bool {
+        self.counted < self.redrawn
+    }
+
+    /// Triangles out of use that the GPU has not replaced yet.
+    #[must_use]
+    pub fn retired(&self) -> usize {
+        self.retired.len()
+    }
+
+    /// Whether the pixels of a triangle, which update `sequence` or an earlier one has drawn, are known for the first time.
+    #[must_use]
+    pub fn is_uncounted(&self, drawn: DrawnId, sequence: u64) -> bool {
+        let born = self.born.get(drawn);
+        born > 0 && born <= sequence && (born > self.counted || self.counted <= self.viewed)
+    }
+
+    /// Takes the nodes whose triangles update `sequence` or an earlier one has drawn since pixels were last counted.
+    pub fn due_for_count(&mut self, sequence: u64) -> Vec<NodeId> {
+        let due = self.uncounted.partition_point(|(drawn, _)| *drawn <= sequence);
+        self.uncounted.drain(..due).map(|(_, node)| node).collect()
+    }
+
+    /// Takes the triangles of a node out of use: the update in the making replaces them.
+    fn retire(&mut self, cache: &mut Cache, node: NodeId) -> Vec<DrawnId> {
+        let old = cache.drawn.retire(node);
+        self.retired.extend(old.iter().map(|&drawn| (self.sequence + 1, drawn)));
+        old
+    }
+
+    /// Gives a leaf its triangles.
+    fn draw(&mut self, cache: &mut Cache, view: &ViewState, node: NodeId) {
+        let drawn = cache.draw(node, view.pixel_slot(cache, node));
+        drawn.into_iter().for_each(|drawn| *self.born.entry(drawn) = self.sequence + 1);
+        if view.counted {
+            self.uncounted.push_back((self.sequence + 1, node));
+        }
+    }
+
+    /// Draws a leaf of a new view, anew if it is not drawn or `stale`.
+    pub fn draw_visible(&mut self, cache: &mut Cache, view: &ViewState, leaf: NodeId, stale: bool) {
+        if stale || cache.drawn.of_node(leaf).is_empty() {
+            self.retire(cache, leaf);
+            self.draw(cache, view, leaf);
+        }
+    }
+
+    /// The update that shows everything visible anew.
+    pub fn full_update(&mut self, cache: &Cache, view: &ViewState, leaves: &[NodeId], slots: &[SlotId]) -> Update {
+        self.changed.clear();
+        self.sequence += 1;
+        (self.redrawn, self.viewed) = (self.sequence, self.sequence);
+        self.uncounted = leaves.iter().map(|&leaf| (self.sequence, leaf)).collect();
+        let mut update = Update { generation: view.generation, sequence: self.sequence, ..Update::default() };
+        update.slots = values(cache, view, slots);
+        for &node in leaves {
+            let start = update.patch_triangles.len() as u32;
+            list(cache, &mut update, node);
+            let end = update.patch_triangles.len() as u32;
+            let face = cache.topology.nodes[node].face;
+            update.patches.push(Patch { face, old: start..start, new: start..end });
+        }
+        update
+    }
+
+    /// Starts the next update: replaces the triangles of nodes that were split or whose edges changed. Returns the slots that they are
+    /// drawn with and that have no direct light yet: looks at a midpoint that only a neighbour had needed so far.
+    pub fn redraw(&mut self, cache: &mut Cache, view: &ViewState) -> (Update, Vec<SlotId>) {
+        let (mut update, mut fresh) = (Update::default(), Vec::new());
+        let mut nodes = std::mem::take(&mut self.redraw);
+        nodes.sort_unstable();
+        nodes.dedup();
+        for node in nodes {
+            let old = self.retire(cache, node);
+            let mut leaves = Vec::new();
+            cache.topology.leaves(node, &mut leaves);
+            let start = update.patch_triangles.len() as u32;
+            update.patch_triangles.extend(old);
+            let middle = update.patch_triangles.len() as u32;
+            for leaf in leaves {
+                self.draw(cache, view, leaf);
+                list(cache, &mut update, leaf);
+                let drawn = cache.drawn.of_node(leaf).iter();
+                fresh.extend(drawn.flat_map(|&drawn| cache.drawn.triangles[drawn].triangle.all_slots()));
+            }
+            let end = update.patch_triangles.len() as u32;
+            if view.sees(node) {
+                let face = cache.topology.nodes[node].face;
+                update.patches.push(Patch { face, old: start..middle, new: middle..end });
+                self.redrawn = self.sequence + 1;
+            }
+        }
+        fresh.retain(|&slot| !cache.slots[slot].direct.known);
+        fresh.sort_unstable();
+        fresh.dedup();
+        self.sequence += 1;
+        (update.generation, update.sequence) = (view.generation, self.sequence);
+        (update, fresh)
+    }
+
+    /// Takes the slots that were evaluated since the last update, in ascending order.
+    pub fn take_changed(&mut self) -> Vec<SlotId> {
+        let mut slots = std::mem::take(&mut self.changed);
+        slots.sort_unstable();
+        slots.dedup();
+        slots
+    }
+
+    /// Adds the values of slots, and patches of the triangles that these alone have changed.
+    pub fn add_values(&mut self, cache: &Cache, view: &ViewState, update: &mut Update, slots: &[SlotId]) {
+        for drawn in slots.iter().flat_map(|&slot| cache.drawn.with_slot(slot)) {
+            let node = cache.drawn.triangles[drawn].node;
+            let is_new = self.born.get(drawn) == self.sequence;
+            let is_listed = std::mem::replace(&mut self.listed[drawn], self.sequence) == self.sequence;
+            if view.sees(node) && !is_new && !is_listed {
+                let i = update.patch_triangles.len() as u32;
+                update.patch_triangles.push(drawn);
+                let face = cache.topology.nodes[node].face;
+                update.patches.push(Patch { face, old: i..i + 1, new: i..i + 1 });
+            }
+        }
+        update.slots = values(cache, view, slots);
+    }
+
+    /// Gives back the triangles that update `sequence` or an earlier one has replaced on the GPU.
+    pub fn recycle(&mut self, cache: &mut Cache, sequence: u64) {
+        let due = self.retired.partition_point(|&(replaced, _)| replaced <= sequence);
+        for (_, drawn) in self.retired.drain(..due) {
+            *self.born.entry(drawn) = 0;
+            self.listed[drawn] = 0;
+            cache.drawn.triangles.remove(drawn);
+        }
+    }
+}
+
+/// Lists a leaf's triangles with their definitions.
+fn list(cache: &Cache, update: &mut Update, node: NodeId) {
+    for &drawn in cache.drawn.of_node(node) {
+        update.drawn_triangles.push((drawn, cache.drawn.triangles[drawn].triangle));
+        update.patch_triangles.push(drawn);
+    }
+}
+
+/// Slots with what they show.
+fn values(cache: &Cache, view: &ViewState, slots: &[SlotId]) -> Vec<(SlotId, Slot)> {
+    slots.iter().map(|&slot| (slot, value(cache, view, slot))).collect()
+}
+
+fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
+    let record = &cache.slots[slot];
+    let weight = if record.direct.known { cache.weight(slot) } else { 0.0 };
+    let position = cache.vertices[record.vertex].position;
+    Slot { position, weight, diffuse: record.diffuse(), specular: view.specular[slot].total() }
+}

@@ -1,0 +1,319 @@
+//! What to do next: tasks ordered by the drop of the image's square error that a ray is expected to buy.
+//!
+//! Keys are brought up to date lazily. A task that has become worth less is found when it comes up, and put back; one that has
+//! become worth more is pushed again, and what was queued for it before is void.
+
+use crate::cache::ids::{NodeId, VertexId};
+use crate::cache::pool::Table;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// A piece of work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Task {
+    /// Sample the lights at a vertex that was never visited: before anything else.
+    FirstVisit(VertexId),
+    /// Split a leaf.
+    Split(NodeId),
+    /// Sample a leaf where its one pixel sees it.
+    SamplePixel(NodeId),
+    /// Trace the lights that a vertex has put off.
+    TraceDeferred(VertexId),
+    /// Take as many points again in the penumbrae of a vertex.
+    DoublePoints(VertexId),
+    /// Take as many rays of indirect light again at a vertex.
+    Gather(VertexId),
+    /// Sample indirect light in the middles of a leaf of the indirect layer.
+    RefineIndirect(NodeId),
+    /// Check each pixel of a leaf for mismatches.
+    CheckPixels(NodeId),
+}
+
+/// A task with what it was worth when it was queued.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    /// Expected drop of the image's square error a ray.
+    key: f32,
+    task: Task,
+    /// Version of the ticket that it was queued with.
+    version: u32,
+    /// Order of arrival: the tie-break that keeps runs alike.
+    serial: u64,
+}
+
+/// What is queued of a task.
+#[derive(Clone, Copy, Debug, Default)]
+struct Ticket {
+    /// Entries of older versions are void.
+    version: u32,
+    /// Key that it waits with; 0 if it does not.
+    waiting: f32,
+}
+
+/// The queue of everything that is worth doing.
+#[derive(Debug, Default)]
+pub struct Scheduler {
+    heap: BinaryHeap<Entry>,
+    /// Pixel checks, whose keys count by a miss rate that is still being learnt.
+    checks: BinaryHeap<Entry>,
+    serial: u64,
+    first_visits: usize,
+    vertices: Table<VertexId, [Ticket; 3]>,
+    nodes: Table<NodeId, [Ticket; 4]>,
+}
+
+/// Rise of a key that is worth another entry in the queue.
+const RISEN: f32 = 1.25;
+
+impl Scheduler {
+    /// Drops everything; pixel checks stay if the camera `stays`.
+    pub fn clear(&mut self, stays: bool) {
+        self.heap.clear();
+        self.first_visits = 0;
+        if stays {
+            self.nodes.iter_mut().for_each(|tickets| tickets[3].waiting = 0.0);
+        } else {
+            self.drop_checks();
+        }
+    }
+
+    /// Drops all pixel checks.
+    pub fn drop_checks(&mut self) {
+        for entry in self.checks.drain() {
+            if let Task::CheckPixels(id) = entry.task {
+                self.nodes[id][3].waiting = 0.0;
+            }
+        }
+    }
+
+    /// First visits that wait.
+    #[must_use]
+    pub const fn first_visits(&self) -> usize {
+        self.first_visits
+    }
+
+    /// Whether nothing waits, pixel checks included.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.heap.is_empty() && self.checks.is_empty()
+    }
+
+    /// Whether nothing but pixel checks waits.
+    #[must_use]
+    pub fn has_only_checks(&self) -> bool {
+        self.heap.is_empty()
+    }
+
+    /// The greatest key that waits, pixel checks left out.
+    pub fn greatest(&mut self) -> Option<f32> {
+        self.drop_void();
+        self.heap.peek().map(|entry| entry.key)
+    }
+
+    /// Drops what is void at the top of the heap.
+    fn drop_void(&mut self) {
+        while let Some(&Entry { task, version, .. }) = self.heap.peek() {
+            if self.ticket(task).version == version {
+                break;
+            }
+            self.heap.pop();
+        }
+    }
+
+    /// The greatest key of a pixel check that waits, 0 without any.
+    #[must_use]
+    pub fn greatest_check(&self) -> f32 {
+        self.checks.peek().map_or(0.0, |entry| entry.key)
+    }
+
+    /// Queues first visits in this order.
+    pub fn push_first_visits(&mut self, vertices: impl Iterator<Item = VertexId>) {
+        for vertex in vertices {
+            self.first_visits += 1;
+            self.push(Task::FirstVisit(vertex), f32::INFINITY);
+        }
+    }
+
+    /// Takes up to so many first visits.
+    pub fn take_first_visits(&mut self, most: usize) -> Vec<VertexId> {
+        let mut taken = Vec::with_capacity(most.min(self.first_visits));
+        while taken.len() < most && self.first_visits > 0 {
+            if let Some((Task::FirstVisit(vertex), _)) = self.pop() {
+                self.first_visits -= 1;
+                taken.push(vertex);
+            }
+        }
+        taken
+    }
+
+    /// Queues a task in place of what was queued for it before; one that is worth nothing is not kept.
+    pub fn replace(&mut self, task: Task, key: f32) {
+        self.void(task);
+        self.push(task, key);
+    }
+
+    /// Queues a task if it does not wait with about as high a key already, or a higher one.
+    pub fn raise(&mut self, task: Task, key: f32) {
+        if key > self.ticket(task).waiting * RISEN {
+            self.replace(task, key);
+        }
+    }
+
+    /// Queues a task beside what is queued for it already: whichever comes up first counts.
+    pub fn push(&mut self, task: Task, key: f32) {
+        if key > 0.0 {
+            self.serial += 1;
+            let serial = self.serial;
+            let ticket = self.ticket(task);
+            ticket.waiting = key;
+            let entry = Entry { key, task, version: ticket.version, serial };
+            if matches!(task, Task::CheckPixels(_)) { self.checks.push(entry) } else { self.heap.push(entry) }
+        }
+    }
+
+    /// Whether a task waits.
+    pub fn waits(&mut self, task: Task) -> bool {
+        self.ticket(task).waiting > 0.0
+    }
+
+    /// Makes what is queued for a task void.
+    pub fn void(&mut self, task: Task) {
+        self.ticket(task).void();
+    }
+
+    /// Makes what is queued of direct light at a vertex void: its samples have changed.
+    pub fn void_direct(&mut self, vertex: VertexId) {
+        self.void(Task::TraceDeferred(vertex));
+        self.void(Task::DoublePoints(vertex));
+    }
+
+    /// Forgets with which keys tasks on indirect light wait, so that any key raises them.
+    pub fn forget_waiting(&mut self, task: Task) {
+        self.ticket(task).waiting = 0.0;
+    }
+
+    /// Takes the task of the greatest key, with that; pixel checks are left.
+    pub fn pop(&mut self) -> Option<(Task, f32)> {
+        self.drop_void();
+        let Entry { task, key, .. } = self.heap.pop()?;
+        self.ticket(task).waiting = 0.0;
+        Some((task, key))
+    }
+
+    /// Takes the pixel check of the greatest key.
+    pub fn pop_check(&mut self) -> Option<NodeId> {
+        while let Some(entry) = self.checks.pop() {
+            if let Task::CheckPixels(id) = entry.task {
+                self.nodes[id][3].waiting = 0.0;
+                return Some(id);
+            }
+        }
+        None
+    }
+
+    fn ticket(&mut self, task: Task) -> &mut Ticket {
+        match task {
+            // A vertex is visited first before anything else is queued for it.
+            Task::FirstVisit(id) | Task::TraceDeferred(id) => &mut self.vertices[id][0],
+            Task::DoublePoints(id) => &mut self.vertices[id][1],
+            Task::Gather(id) => &mut self.vertices[id][2],
+            Task::Split(id) => &mut self.nodes[id][0],
+            Task::SamplePixel(id) => &mut self.nodes[id][1],
+            Task::RefineIndirect(id) => &mut self.nodes[id][2],
+            Task::CheckPixels(id) => &mut self.nodes[id][3],
+        }
+    }
+}
+
+impl Ticket {
+    fn void(&mut self) {
+        self.version += 1;
+        self.waiting = 0.0;
+    }
+}
+
+impl PartialEq for Entry {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Entry {}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Entry {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.key.total_cmp(&other.key).then(other.serial.cmp(&self.serial))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(scheduler: &mut Scheduler) -> Vec<Task> {
+        std::iter::from_fn(|| scheduler.pop()).map(|(task, _)| task).collect()
+    }
+
+    #[test]
+    fn the_greatest_key_comes_first_and_equals_keep_their_order() {
+        let mut scheduler = Scheduler::default();
+        for (key, vertex) in [(1.0, 1), (3.0, 2), (0.0, 3), (3.0, 4), (f32::NAN, 5)] {
+            scheduler.push(Task::DoublePoints(VertexId(vertex)), key);
+        }
+        assert_eq!(all(&mut scheduler), [2, 4, 1].map(|v| Task::DoublePoints(VertexId(v))));
+    }
+
+    #[test]
+    fn a_replaced_task_comes_up_once_by_its_new_key() {
+        let mut scheduler = Scheduler::default();
+        let [a, b] = [1, 2].map(|v| Task::Split(NodeId(v)));
+        scheduler.replace(a, 5.0);
+        scheduler.replace(b, 3.0);
+        scheduler.replace(a, 1.0);
+        assert_eq!(all(&mut scheduler), [b, a]);
+        scheduler.replace(a, 5.0);
+        scheduler.void(a);
+        assert_eq!(all(&mut scheduler), []);
+    }
+
+    #[test]
+    fn a_task_is_raised_only_by_a_key_that_has_risen() {
+        let mut scheduler = Scheduler::default();
+        let (task, other) = (Task::Gather(VertexId(1)), Task::Gather(VertexId(2)));
+        scheduler.raise(task, 4.0);
+        scheduler.raise(other, 4.5);
+        scheduler.raise(task, 4.9);
+        assert_eq!(scheduler.greatest(), Some(4.5));
+        scheduler.raise(task, 5.1);
+        assert_eq!(all(&mut scheduler), [task, other]);
+        scheduler.raise(task, 0.1);
+        assert_eq!(all(&mut scheduler), [task], "what came up does not wait any more");
+    }
+
+    #[test]
+    fn first_visits_come_before_everything_in_their_order() {
+        let mut scheduler = Scheduler::default();
+        scheduler.push(Task::Split(NodeId(7)), 1e30);
+        scheduler.push_first_visits([3, 1, 2].map(VertexId).into_iter());
+        assert_eq!(scheduler.take_first_visits(2), [3, 1].map(VertexId));
+        assert_eq!((scheduler.first_visits(), scheduler.take_first_visits(9)), (1, vec![VertexId(2)]));
+        assert_eq!(all(&mut scheduler), [Task::Split(NodeId(7))]);
+    }
+
+    #[test]
+    fn what_was_cleared_is_void() {
+        let mut scheduler = Scheduler::default();
+        scheduler.push(Task::CheckPixels(NodeId(1)), 2.0);
+        scheduler.raise(Task::Gather(VertexId(1)), 2.0);
+        assert_eq!((scheduler.greatest_check(), scheduler.has_only_checks()), (2.0, false));
+        scheduler.clear(false);
+        assert!(scheduler.is_empty() && !scheduler.waits(Task::CheckPixels(NodeId(1))));
+        assert_eq!((all(&mut scheduler), scheduler.pop_check()), (Vec::new(), None));
+    }
+}

@@ -1,0 +1,183 @@
+//! What belongs to one view: the pixels of its leaves, what they add to the image's error, and S for its eye. Tables by id beside the
+//! cache, which holds what is true in any view.
+
+use crate::cache::ids::{NodeId, SlotId, VertexId};
+use crate::cache::indirect::SpecularTable;
+use crate::cache::pool::Table;
+use crate::cache::store::Cache;
+use crate::scene::FaceId;
+use crate::scene::camera::View;
+use glam::Vec3;
+
+/// Pixels of leaves that are looked at where a pixel sees them rather than in the middle.
+pub const FEW_PIXELS: u32 = 3;
+
+/// What a view makes of a leaf.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct LeafView {
+    /// Generation of the camera that last saw it; 0 if none did.
+    pub generation: u32,
+    /// Pixels it covers on screen: counted by the GPU, or a share of its parent's until then.
+    pub pixels: f32,
+    /// Direction from the eye through one of its pixels, any length, if the GPU has counted few.
+    pub ray: Option<Vec3>,
+    /// Its share of the pixels of its face, by area.
+    pub share: f32,
+    /// How much brighter than it is drawn a highlight between its corners is: specular luminance S, W·sr⁻¹·m⁻².
+    pub highlight: f32,
+    /// The share of it that the highlight covers.
+    pub highlight_share: f32,
+    /// Generation of the camera whose pixel its pixel vertex lies under; 0 if none.
+    pub sampled: u32,
+    /// Generation of the camera each of whose pixels on it was checked for mismatches; 0 if none was.
+    pub checked: u32,
+    /// How often; 0 if there is no point in checking again.
+    pub checks: u32,
+    /// Lights of which its corners did not know the same when its pixels were checked, if that is worth checking again once they
+    /// do: until then its children cannot rest on it.
+    pub check_open: u32,
+    /// What the sums over the image hold of it.
+    pub accounted: Accounted,
+}
+
+/// A leaf's part of the sums over the image.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Accounted {
+    /// Pixels.
+    pub pixels: f64,
+    /// Pixels × luminance.
+    pub light: f64,
+    /// Pixels × square error.
+    pub error: f64,
+    /// Pixels × square of the reference luminance, while what it hides is unknown.
+    pub unseen: f64,
+}
+
+/// What a view makes of a leaf of the indirect layer.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct IndirectLeafView {
+    /// Pixels that it covers.
+    pub pixels: f32,
+    /// What it adds to the importance of each of its corners.
+    pub importance: f32,
+    /// Pixels × square error that the sum over the image holds of it.
+    pub accounted: f64,
+}
+
+/// What a view makes of a vertex.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct VertexView {
+    /// Pixels of the visible faces around it, shared out over their corners.
+    pub pixels: f32,
+    /// Σ pixels × gain / 6 over the leaves of the indirect layer around it: what a unit of variance there costs the
+    /// image.
+    pub importance: f32,
+    /// The same over the leaves around vertices that take its prediction for want of their own samples, by their weights.
+    pub importance_below: f32,
+}
+
+/// A view and what it makes of the cache.
+#[derive(Default)]
+pub struct ViewState {
+    /// Camera generation, rising.
+    pub generation: u32,
+    /// Position of the eye, scene units.
+    pub eye: Vec3,
+    /// The image, if it is known.
+    pub image: Option<View>,
+    /// Visible faces in ascending order, with their pixels.
+    pub faces: Vec<(FaceId, u32)>,
+    /// Roots of the visible faces.
+    pub roots: Vec<NodeId>,
+    /// Whether the pixels of all triangles are counted after every change.
+    pub counted: bool,
+    /// By leaf of the hierarchy.
+    pub leaves: Table<NodeId, LeafView>,
+    /// By leaf of the indirect layer.
+    pub indirect: Table<NodeId, IndirectLeafView>,
+    /// By vertex.
+    pub vertices: Table<VertexId, VertexView>,
+    /// S for the eye. That of slots out of view is for the last eye that saw them.
+    pub specular: SpecularTable,
+}
+
+impl ViewState {
+    /// Whether the view shows a leaf.
+    #[must_use]
+    pub fn sees(&self, leaf: NodeId) -> bool {
+        self.leaves[leaf].generation == self.generation
+    }
+
+    /// Whether each pixel of a leaf was checked for mismatches in this view.
+    #[must_use]
+    pub fn is_checked(&self, leaf: NodeId) -> bool {
+        self.leaves[leaf].checked == self.generation
+    }
+
+    /// Whether a leaf is known to show in exactly one pixel, and in which.
+    #[must_use]
+    pub fn is_one_pixel(&self, leaf: NodeId) -> bool {
+        self.leaves[leaf].pixels == 1.0 && self.leaves[leaf].ray.is_some()
+    }
+
+    /// The slot of the pixel vertex of a leaf, if that is what the leaf's one pixel shows.
+    #[must_use]
+    pub fn pixel_slot(&self, cache: &Cache, leaf: NodeId) -> Option<SlotId> {
+        let is_there = self.leaves[leaf].sampled == self.generation && self.is_one_pixel(leaf);
+        cache.topology.nodes[leaf].pixel_vertex.filter(|_| is_there)
+    }
+
+    /// The roots' leaves.
+    #[must_use]
+    pub fn visible_leaves(&self, cache: &Cache) -> Vec<NodeId> {
+        let mut leaves = Vec::new();
+        self.roots.iter().for_each(|&root| cache.topology.leaves(root, &mut leaves));
+        leaves
+    }
+
+    /// The roots' leaves of the indirect layer.
+    #[must_use]
+    pub fn indirect_leaves(&self, cache: &Cache) -> Vec<NodeId> {
+        let mut leaves = Vec::new();
+        self.roots.iter().for_each(|&root| cache.topology.indirect_leaves(root, &mut leaves));
+        leaves
+    }
+
+    /// Pixels of the leaves of a node.
+    #[must_use]
+    pub fn pixels_below(&self, cache: &Cache, id: NodeId) -> f32 {
+        match cache.topology.nodes[id].children {
+            None => self.leaves[id].pixels,
+            Some(children) => children.all().into_iter().map(|child| self.pixels_below(cache, child)).sum(),
+        }
+    }
+
+    /// Takes a leaf into a new view, with its share of the face's pixels until they are counted, or with what is known of its pixels
+    /// if the camera is that of generation `stays`.
+    pub fn show(&mut self, id: NodeId, share: f32, stays: Option<u32>) {
+        let leaf = &mut self.leaves[id];
+        if let Some(before) = stays {
+            for generation in [&mut leaf.sampled, &mut leaf.checked] {
+                if *generation == before {
+                    *generation = self.generation;
+                }
+            }
+        } else {
+            (leaf.pixels, leaf.share, leaf.ray) = (share, share, None);
+        }
+        leaf.generation = self.generation;
+        leaf.accounted = Accounted::default();
+    }
+
+    /// Forgets what it made its leaves and vertices worth: nothing is done for the pixels of another camera. The counts of
+    /// pixels stay if the camera `stays`.
+    pub fn forget(&mut self, cache: &Cache, stays: bool) {
+        if !stays {
+            self.visible_leaves(cache).into_iter().for_each(|leaf| self.leaves[leaf].pixels = 0.0);
+        }
+        for leaf in self.indirect_leaves(cache) {
+            self.indirect[leaf] = IndirectLeafView::default();
+            cache.corner_vertices(leaf).into_iter().for_each(|v| self.vertices[v].importance = 0.0);
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! A new view: what became visible is created, the specular luminance is evaluated anew without a ray, and everything visible is
+//! published with the values known so far.
+
+use super::engine::{Engine, Visible};
+use super::image_error::ImageError;
+use super::update::Update;
+use crate::cache::ids::{DrawnId, NodeId, SlotId, VertexId};
+use crate::scene::FaceId;
+use rustc_hash::FxHashSet;
+
+impl Engine {
+    /// Takes a new view; the returned update shows all of it.
+    pub fn set_visible(&mut self, visible: &Visible) -> Update {
+        let view = &self.view;
+        let stays = view.eye == visible.eye && view.image == visible.view && view.faces == visible.faces;
+        if !stays {
+            self.checks.forget();
+        }
+        self.view.forget(&self.cache, stays);
+        let before = std::mem::replace(&mut self.view.generation, visible.generation);
+        (self.view.eye, self.view.image) = (visible.eye, visible.view);
+        self.view.faces.clone_from(&visible.faces);
+        self.view.roots =
+            visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
+        let leaves = self.draw_visible_leaves(&visible.faces, stays.then_some(before));
+        self.scheduler.clear(stays);
+        self.reset_tolerance();
+        self.image = ImageError::default();
+        let slots = self.drawn_slots(&leaves);
+        self.enqueue_first_visits(&leaves, &slots);
+        // D stays where the eye moves.
+        let is_due = |&slot: &SlotId| {
+            let record = &self.cache.slots[slot];
+            !record.direct.known || record.shininess.is_some()
+        };
+        let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
+        self.evaluate(&due);
+        self.cache.refresh_indirect(&slots, self.view.eye, &mut self.view.specular);
+        self.look_between_corners(&leaves);
+        leaves.iter().for_each(|&leaf| self.account(leaf));
+        if self.is_complete() {
+            self.enqueue_leaves(&leaves);
+            self.survey_indirect();
+        }
+        let mut update = self.publisher.full_update(&self.cache, &self.view, &leaves, &slots);
+        update.stats = self.current_stats();
+        update
+    }
+
+    /// The leaves of the visible faces, drawn and with their share of the faces' pixels until they are counted, or with the
+    /// pixels that they have if the camera is that of generation `stays`.
+    fn draw_visible_leaves(&mut self, faces: &[(FaceId, u32)], stays: Option<u32>) -> Vec<NodeId> {
+        let mut all = Vec::new();
+        for (i, &(_, pixels)) in faces.iter().enumerate() {
+            let start = all.len();
+            self.cache.topology.leaves(self.view.roots[i], &mut all);
+            for &leaf in &all[start..] {
+                let level = self.cache.topology.nodes[leaf].level;
+                let share = pixels as f32 * 0.25_f32.powi(i32::from(level));
+                self.view.show(leaf, share, stays);
+            }
+        }
+        for &leaf in &all {
+            let is_flat = |&drawn: &DrawnId| self.cache.drawn.triangles[drawn].triangle.flat.is_some();
+            let is_stale = stays.is_none() && self.cache.drawn.of_node(leaf).iter().any(is_flat);
+            self.publisher.draw_visible(&mut self.cache, &self.view, leaf, is_stale);
+        }
+        all
+    }
+
+    /// Slots that the visible leaves are drawn with.
+    fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
+        let drawn = leaves.iter().flat_map(|&leaf| self.cache.drawn.of_node(leaf));
+        let slots = drawn.flat_map(|&drawn| self.cache.drawn.triangles[drawn].triangle.all_slots());
+        let mut slots: Vec<SlotId> = slots.collect();
+        slots.sort_unstable();
+        slots.dedup();
+        slots
+    }
+
+    /// Queues the visible vertices that were never visited, largest on screen first.
+    fn enqueue_first_visits(&mut self, leaves: &[NodeId], slots: &[SlotId]) {
+        let vertices: FxHashSet<VertexId> = slots.iter().map(|&slot| self.cache.slots[slot].vertex).collect();
+        self.stats.visible = vertices.len() as u64;
+        vertices.iter().for_each(|&vertex| self.view.vertices[vertex].pixels = 0.0);
+        for &leaf in leaves {
+            let share = self.view.leaves[leaf].pixels / 3.0;
+            let corners = self.cache.corner_vertices(leaf);
+            corners.into_iter().for_each(|vertex| self.view.vertices[vertex].pixels += share);
+        }
+        let is_new = |&vertex: &VertexId| !self.cache.vertices[vertex].progress.visited;
+        let mut order: Vec<VertexId> = vertices.into_iter().filter(is_new).collect();
+        let pixels = |&vertex: &VertexId| self.view.vertices[vertex].pixels;
+        // Among equals in no order of place: what the first find of the lights is to speak for the rest.
+        let key = |&vertex: &VertexId| self.cache.vertices[vertex].key;
+        order.sort_by(|a, b| pixels(b).total_cmp(&pixels(a)).then(key(a).cmp(&key(b))));
+        self.scheduler.push_first_visits(order.into_iter());
+    }
+}
