@@ -1,8 +1,8 @@
 //! Points on surfaces: those that a camera sees, and the light that one of them reflects.
 
 use crate::geom::{Hit, Ray};
+use crate::light::arrival::Arrival;
 use crate::light::context::{SceneContext, ShadingPoint};
-use crate::light::lights::{Arrival, Source, delta_arrival};
 use crate::math::{combine, sequence::Sequence};
 use crate::scene::Scene;
 use crate::scene::camera::View;
@@ -67,9 +67,6 @@ pub fn arrival(
         }
     }
     let (source, strength) = chosen?;
-    let arrival = match source {
-        Source::Delta(kind) => delta_arrival(kind, shading_point.position),
-        Source::Area(area) => area.sample(context.scene, shading_point.position, [u, v]),
-    };
+    let arrival = source.sample_by_area(context.scene, shading_point.position, [u, v]);
     arrival.map(|arrival| (arrival, (strength / total) as f32))
 }

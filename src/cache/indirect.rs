@@ -5,7 +5,7 @@ use super::dynamic::{Between, COVERED_WEIGHT, Cache, Luminance, SlotId};
 use super::previous_lighting::{Gathers, PreviousLighting};
 use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
-use crate::light::lights::Lighting;
+use crate::light::lighting::Lighting;
 use crate::math::luminance;
 use glam::Vec3;
 use std::cmp::Reverse;

@@ -5,7 +5,7 @@ use super::dynamic::SlotId;
 use super::pool::Sparse;
 use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
-use crate::light::lights::Lighting;
+use crate::light::lighting::Lighting;
 use glam::Vec3;
 
 /// Rays and sums gathered under one lighting.

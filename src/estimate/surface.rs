@@ -1,9 +1,9 @@
 //! A point that a gather ray has hit, as light leaves it: diffusely (method 2).
 
 use crate::geom::{Hit, Ray};
+use crate::light::arrival::Arrival;
 use crate::light::context::SceneContext;
-use crate::light::lights::{Arrival, Source, delta_arrival};
-use crate::light::selection::{Drawn, LightChoice};
+use crate::light::selection::{LightChoice, SampledLight};
 use crate::math::luminance;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -42,11 +42,9 @@ impl DiffusePoint {
     pub fn direct(&self, context: &SceneContext<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
         let mut choice = LightChoice::default();
         choice.prepare(context.lights, self.origin, self.normal);
-        let Some(Drawn { light, inverse_chance }) = choice.draw(context.lights, pick) else { return Vec3::ZERO };
-        let arrival = match &context.lights.sources[light] {
-            Source::Delta(kind) => delta_arrival(kind, self.origin),
-            Source::Area(area) => area.sample_for(context.scene, (self.origin, self.normal), [u, v]),
-        };
+        let Some(SampledLight { light, inverse_chance }) = choice.draw(context.lights, pick) else { return Vec3::ZERO };
+        let source = &context.lights.sources[light];
+        let arrival = source.sample_for(context.scene, (self.origin, self.normal), [u, v]);
         let Some(arrival) = arrival else { return Vec3::ZERO };
         let value = arrival.facing * context.lights.factor(light) * self.normal.dot(arrival.direction).max(0.0);
         if luminance(value) <= 0.0 || arrival.direction.dot(self.facet) <= 0.0 {

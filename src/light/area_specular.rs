@@ -1,8 +1,10 @@
 //! Highlights of area lights without occlusion.
 
-use super::area::{AreaSource, ClosedForm, ProjectedPolygon};
+use super::area::AreaSource;
 use super::area_sampler::Sampler;
+use super::closed_form::{ClosedForm, ProjectedPolygon};
 use super::facets::Facet;
+use super::receiver::Receiver;
 use crate::bsdf::lobe;
 use crate::math::luminance;
 use crate::math::phong_polygon::Lobe;
@@ -20,19 +22,8 @@ const NEGLIGIBLE: f64 = -14.0;
 const SMALL: f64 = 0.01;
 /// Square of a light's half angle, in widths of the lobe, up to which the lobe is a paraboloid over it.
 const SMOOTH: f64 = 0.2;
-/// Where a highlight is seen.
-#[derive(Clone, Copy, Debug)]
-pub struct Receiver {
-    /// Place.
-    pub x: Vec3,
-    /// Unit normal.
-    pub normal: Vec3,
-    /// Unit direction to the eye.
-    pub to_eye: Vec3,
-    /// Exponent of the lobe.
-    pub shininess: f32,
-}
-
+/// Square of a source's half angle, in widths of the lobe, up to which a highlight sees it as one direction.
+const ONE_DIRECTION: f32 = 0.05;
 /// Points of a textured light, and as many directions of the lobe, for the colour of its highlight.
 const TEXTURE_POINTS: u32 = 128;
 /// Points of the light where there are more edges.
@@ -99,6 +90,28 @@ impl AreaSource {
             }
         }
         (weights > f64::MIN_POSITIVE).then(|| (sum / weights).as_vec3())
+    }
+
+    /// Unoccluded highlight of a distant source that sends `irradiance`, W·sr⁻¹·m⁻²; `None` where the lobe sees its width or
+    /// texture.
+    #[must_use]
+    pub fn distant_specular(&self, receiver: &Receiver, irradiance: Vec3) -> Option<Vec3> {
+        let offset = self.centre - receiver.x;
+        let half_angle = self.radius * self.radius / offset.length_squared();
+        let narrow = !self.textured && half_angle * (receiver.shininess + 2.0) < ONE_DIRECTION;
+        narrow.then(|| irradiance * lobe(receiver.shininess, receiver.normal, offset.normalize(), receiver.to_eye))
+    }
+
+    /// Unoccluded highlight in the source's mean colour, W·sr⁻¹·m⁻²; `None` where the source has no closed form.
+    pub(super) fn mean_specular(&self, receiver: &Receiver) -> Option<Vec3> {
+        let Receiver { x, normal, to_eye, shininess } = *receiver;
+        if self.is_distant(x, normal) {
+            let distant = self.distant_specular(receiver, self.distant_irradiance(x, normal));
+            if distant.is_some() {
+                return distant;
+            }
+        }
+        self.closed_form(x).map(|form| form.specular(normal, to_eye, shininess))
     }
 
     fn sampled_specular(&self, scene: &Scene, receiver: &Receiver) -> Vec3 {

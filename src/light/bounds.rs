@@ -167,7 +167,7 @@ impl Bounds8 {
 mod tests {
     use super::*;
     use crate::light::facets::Facet;
-    use crate::light::lights::Source;
+    use crate::light::source::Source;
     use crate::math::luminance;
     use crate::math::sequence::Sequence;
     use crate::scene::TriangleId;

@@ -1,7 +1,8 @@
 //! What estimators read: the scene, its hierarchy, its lights; immutable while jobs are traced.
 
-use super::group::Points;
-use super::lights::{Arrival, Lights};
+use super::arrival::Arrival;
+use super::group_points::Points;
+use super::lights::Lights;
 use crate::geom::Ray;
 use crate::geom::bvh::Bvh;
 use crate::math::{combine, hemisphere::Density, sequence::Sequence};

@@ -6,8 +6,7 @@ use super::surface::Surface;
 use super::{Settings, Strategy, Transport};
 use crate::geom::Ray;
 use crate::light::context::SceneContext;
-use crate::light::lights::{Source, delta_arrival};
-use crate::light::selection::{Drawn, LightChoice};
+use crate::light::selection::{LightChoice, SampledLight};
 use crate::math::luminance;
 use crate::scene::TriangleId;
 use glam::Vec3;
@@ -60,7 +59,7 @@ impl Tracer<'_> {
         for k in 0..drawn {
             // Evenly spread, so that strong lights get their shares.
             let pick = (random.pick() + k as f32) / drawn as f32;
-            if let Some(Drawn { light, inverse_chance }) = self.choice.draw(context.lights, pick) {
+            if let Some(SampledLight { light, inverse_chance }) = self.choice.draw(context.lights, pick) {
                 add(light, drawn as f32 / inverse_chance, k);
             }
         }
@@ -86,13 +85,13 @@ impl Tracer<'_> {
     ) -> f32 {
         let lights = self.context.lights;
         let Some(light) = lights.of_triangle(triangle) else { return 1.0 };
-        match (self.settings.strategy, &lights.sources[light]) {
-            (Strategy::Lights, _) => 0.0,
-            (Strategy::Both, Source::Area(area)) => {
-                let of_point = area.density_for((surface.origin, surface.normal), offset);
+        match self.settings.strategy {
+            Strategy::Lights => 0.0,
+            Strategy::Both => {
+                let of_point = lights.sources[light].density_for((surface.origin, surface.normal), offset);
                 share(density, self.expected(surface, bounds, light) * of_point)
             }
-            _ => 1.0,
+            Strategy::Reflection => 1.0,
         }
     }
 }
@@ -106,11 +105,11 @@ fn light_of(
     point: [f32; 2],
 ) -> Option<(Ray, Vec3)> {
     let both = settings.transport != Transport::Direct;
-    let arrival = match &context.lights.sources[light] {
-        Source::Delta(kind) => delta_arrival(kind, surface.origin)?,
-        Source::Area(_) if both && settings.strategy == Strategy::Reflection => return None,
-        Source::Area(area) => area.sample_for(context.scene, (surface.origin, surface.normal), point)?,
-    };
+    let source = &context.lights.sources[light];
+    if both && settings.strategy == Strategy::Reflection && !source.is_delta() {
+        return None;
+    }
+    let arrival = source.sample_for(context.scene, (surface.origin, surface.normal), point)?;
     let response = surface.response(arrival.direction);
     let value = surface.reflect(response) * arrival.facing;
     let weighed = arrival.measure > 0.0 && both && settings.strategy == Strategy::Both;

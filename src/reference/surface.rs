@@ -2,7 +2,7 @@
 
 use crate::bsdf::lobe;
 use crate::geom::{Hit, Ray};
-use crate::light::lights::Arrival;
+use crate::light::arrival::Arrival;
 use crate::math::triangle::unit_normal;
 use crate::scene::Scene;
 use glam::Vec3;
