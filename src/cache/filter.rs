@@ -5,7 +5,7 @@
 use super::dynamic::{Cache, Luminance, SlotId};
 use super::topology::NodeId;
 use crate::estimate::light_vector::LightVector;
-use crate::estimate::stratification::usual_gain;
+use crate::estimate::light_vector::usual_gain;
 use crate::math::luminance;
 use glam::Vec3;
 use smallvec::SmallVec;

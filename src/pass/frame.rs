@@ -148,7 +148,7 @@ impl Renderer {
         let queries = self.queries.as_ref().map_or(0, |queries| queries.capacity().min(options.queries));
         choose_counted(&mut batches, &self.mesh, &visible, &projector, queries as usize);
         let context = Context { mesh: &self.mesh, visible: &visible, projector: &projector, size: self.targets.size };
-        (Plan::patches(mode, &context, &batches), patches)
+        (mode.plan(&context, &batches), patches)
     }
 
     /// Sends what the shaders read.

@@ -14,6 +14,7 @@ mod lit_materials;
 mod lookup;
 mod luminance;
 mod mesh;
+mod options;
 mod pixel_counts;
 mod plan;
 mod readback;
@@ -28,7 +29,8 @@ mod warm_up;
 
 pub use depth::{Depth, DepthFormat, DepthOrder};
 pub use frame::{FrameOptions, FrameStats};
+pub use options::RendererOptions;
 pub use pixel_counts::DrawnCounts;
 pub use readback::{Layers, LuminanceLayers};
-pub use renderer::{Renderer, RendererOptions};
+pub use renderer::Renderer;
 pub use update::UpdateMode;

@@ -2,7 +2,6 @@
 
 use super::colouring::Projector;
 use super::mesh::{Batch, LuminanceMesh};
-use super::update::{Context, UpdateMode};
 use glam::Vec3;
 
 /// One draw, or a clear between draws. Ranges are (first triangle, triangles).
@@ -150,13 +149,6 @@ impl Plan {
             plan.draw(drawn_triangles, Step::Full { drawn_triangles, on_face: true });
         }
         plan.steps.push(Step::Background);
-        plan
-    }
-
-    /// All that changed, in order, the way of the mode.
-    pub(super) fn patches(mode: UpdateMode, context: &Context<'_>, batches: &[Batch]) -> Self {
-        let mut plan = Self::default();
-        batches.iter().for_each(|batch| mode.draw(&mut plan, context, batch));
         plan
     }
 

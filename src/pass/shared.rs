@@ -1,9 +1,7 @@
 //! The structs that host and shaders share; `glsl/include/frame.glsl` is the other side, checked when compiling.
 
-use super::texture_maps::TextureMaps;
 use crate::refine::update::{DrawnTriangle, Slot};
 use crate::scene::TriangleId;
-use crate::scene::material::Material;
 use crate::vk::shaders::host_matches_shader;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -169,19 +167,6 @@ host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT, diffus
 host_matches_shader!(GpuLookupNode, lookup_node, { child: CHILD, stamp: STAMP, codes: CODES, drawn_triangles: DRAWN_TRIANGLES });
 host_matches_shader!(GpuLookupRoot, lookup_root, { node: NODE, stamp: STAMP });
 host_matches_shader!(GpuDrawnTriangle, drawn_triangle, { slots: SLOTS, face: FACE, flat_slot: FLAT_SLOT });
-
-impl GpuMaterial {
-    pub(super) fn new(material: &Material, maps: &TextureMaps) -> Self {
-        Self {
-            kd: material.kd.to_array(),
-            map_kd: maps.index(material.map_kd.as_ref()),
-            ks: material.ks.to_array(),
-            map_d: maps.index(material.map_d.as_ref()),
-            ke: material.ke.to_array(),
-            map_ke: maps.index(material.map_ke.as_ref()),
-        }
-    }
-}
 
 impl From<&Slot> for GpuSlot {
     fn from(slot: &Slot) -> Self {

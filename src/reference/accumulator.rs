@@ -1,7 +1,7 @@
 //! The image in the making.
 
-use super::Settings;
 use super::path::{Sample, Tracer};
+use super::settings::Settings;
 use crate::light::context::SceneContext;
 use crate::math::combine;
 use crate::scene::camera::{ImageSize, View};

@@ -1,9 +1,8 @@
 //! Light straight from the sources, found by sampling them.
 
-use super::path::Tracer;
 use super::random::Random;
+use super::settings::{Settings, Strategy, Transport};
 use super::surface::Surface;
-use super::{Settings, Strategy, Transport};
 use crate::geom::Ray;
 use crate::light::context::SceneContext;
 use crate::light::selection::{LightChoice, SampledLight};
@@ -38,10 +37,25 @@ pub struct Lit<'a> {
     pub bounces: u32,
 }
 
-impl Tracer<'_> {
+/// Samples the lights at points of paths.
+pub struct DirectLight<'a> {
+    context: &'a SceneContext<'a>,
+    settings: Settings,
+    /// The choice of a light where it was last asked for.
+    choice: LightChoice,
+    /// Shadow rays that are still to be traced.
+    pub shadows: Vec<Shadow>,
+}
+
+impl<'a> DirectLight<'a> {
+    /// Nothing sampled yet.
+    pub fn new(context: &'a SceneContext<'a>, settings: Settings) -> Self {
+        Self { context, settings, choice: LightChoice::default(), shadows: Vec::new() }
+    }
+
     /// Samples the direct light reflected at a point of a path: `point` chooses that of the first light. Returns what
     /// [`Self::expected`] refers to.
-    pub(super) fn direct(&mut self, lit: Lit<'_>, random: &Random, point: [f32; 2]) -> f32 {
+    pub fn sample(&mut self, lit: Lit<'_>, random: &Random, point: [f32; 2]) -> f32 {
         let (context, settings, Lit { surface, .. }) = (self.context, self.settings, lit);
         let mut add = |light: usize, expected: f32, k: u32| {
             let point = if k == 0 { point } else { random.other_light(k) };
@@ -66,7 +80,7 @@ impl Tracer<'_> {
         self.choice.total() / drawn as f32
     }
 
-    /// How many samples of a light [`Self::direct`] takes at a surface on average, where it returned `bounds`.
+    /// How many samples of a light [`Self::sample`] takes at a surface on average, where it returned `bounds`.
     fn expected(&self, surface: &Surface, bounds: f32, light: usize) -> f32 {
         let lights = self.context.lights;
         let at = (surface.origin, surface.normal);
@@ -74,8 +88,8 @@ impl Tracer<'_> {
     }
 
     /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the rest
-    /// is left to [`Self::direct`], which returned `bounds`.
-    pub(super) fn share_of_hit(
+    /// is left to [`Self::sample`], which returned `bounds`.
+    pub fn share_of_hit(
         &self,
         surface: &Surface,
         bounds: f32,

@@ -1,6 +1,6 @@
 //! Lights: those of the scene file, and one area light a connected emissive component.
 
-use super::TriangleId;
+use super::ids::TriangleId;
 use glam::Vec3;
 
 /// Index into [`super::Scene::lights`].

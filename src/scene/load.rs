@@ -1,7 +1,6 @@
 //! Loading a scene: a scene file or a bare OBJ, its materials and textures; every fault with its place.
 
 use super::coplanar::Coplanar;
-use super::framing::UpAxis;
 use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, MaterialId, TextureMap};
@@ -12,6 +11,7 @@ use super::report::Report;
 use super::scene_file::{self, Description};
 use super::subject::Subject;
 use super::texture::Texture;
+use super::up_axis::UpAxis;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
 use glam::DVec3;

@@ -6,7 +6,7 @@
 //! ray a cell. A cell's key falls by no more than 16 times a split, so that none is starved for ever.
 
 use super::cells::{Cell, Queue, Tracer};
-use super::{Gathered, Sample};
+use super::sample::{Gathered, Sample};
 use crate::math::hemisphere::Mixture;
 use crate::math::sequence::Sequence;
 use glam::Vec3;

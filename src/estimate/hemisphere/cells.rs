@@ -1,6 +1,6 @@
 //! Cells of the square that stands for a hemisphere, one ray each, and the queue of those to split.
 
-use super::{Gathered, Sample};
+use super::sample::{Gathered, Sample};
 use crate::math::hemisphere::{Direction, Mixture};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;

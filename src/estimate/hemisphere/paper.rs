@@ -6,7 +6,7 @@
 //! relative to the irradiance, so that it holds in any unit.
 
 use super::cells::{Cell, Queue, Tracer};
-use super::{Gathered, Sample};
+use super::sample::{Gathered, Sample};
 use crate::math::hemisphere::Mixture;
 use crate::math::sequence::Sequence;
 use glam::Vec3;

@@ -1,7 +1,7 @@
 //! `id`: new triangles where the face-id image shows their face. One draw for all patches; depth is neither read nor
 //! written.
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;
 use crate::pass::plan::{Plan, Step};
 

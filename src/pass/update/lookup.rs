@@ -1,7 +1,7 @@
 //! `lookup`: no triangles are drawn. Each pixel of a changed drawn triangle finds it by descending from its face, and interpolates by
 //! its barycentrics: what is exact needs no test.
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;
 use crate::pass::plan::{Plan, Step};
 

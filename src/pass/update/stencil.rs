@@ -4,7 +4,7 @@
 //! Patches that may overlap on the screen need references of their own: their faces are coloured, and two draws a colour
 //! serve all patches (lavapipe.md 2).
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::colouring::{COLOURS, Cells, Colouring};
 use crate::pass::mesh::{Batch, PendingPatch};
 use crate::pass::plan::{Plan, Step};
