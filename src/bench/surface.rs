@@ -1,6 +1,6 @@
 //! Points on surfaces: those that a camera sees, and the light that one of them reflects.
 
-use crate::geom::{Hit, Ray};
+use crate::geom::{Hit, Ray, offset};
 use crate::light::arrival::Arrival;
 use crate::light::context::{SceneContext, ShadingPoint};
 use crate::math::{combine, sequence::Sequence};
@@ -28,8 +28,8 @@ pub fn site_of(scene: &Scene, hit: &Hit, key: u64) -> ShadingPoint {
     let [a, b, c] = scene.corners(hit.triangle);
     let position = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
     let normal = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
-    let scale = position.abs().max_element().max(hit.t);
-    ShadingPoint { key, position, origin: position + normal * (scale * 4e-6), normal }
+    let origin = offset::origin(position, normal, offset::scale_of_hit(position, hit.t), offset::HIT);
+    ShadingPoint { key, position, origin, normal }
 }
 
 /// Radiance that the surface of a hit reflects diffusely of the light from one light, drawn in proportion to its strength;

@@ -1,6 +1,6 @@
 //! A point that a gather ray has hit, as light leaves it: diffusely (method 2).
 
-use crate::geom::{Hit, Ray};
+use crate::geom::{Hit, Ray, offset};
 use crate::light::arrival::Arrival;
 use crate::light::context::SceneContext;
 use crate::light::selection::{LightChoice, SampledLight};
@@ -28,9 +28,9 @@ impl DiffusePoint {
     pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
         let position = hit.position(scene, ray);
         let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
-        let scale = position.abs().max_element().max(hit.t * ray.direction.length());
+        let scale = offset::scale_of_hit(position, hit.t * ray.direction.length());
         Self {
-            origin: position + facet * (scale * LIFT),
+            origin: offset::origin(position, facet, scale, offset::HIT),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
             kd: scene.kd_at(hit.triangle, hit.u, hit.v) + scene.material(hit.triangle).highlight_albedo(),
@@ -58,11 +58,6 @@ impl DiffusePoint {
     }
 
     fn shadow_ray(&self, arrival: &Arrival) -> Ray {
-        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * SHORT_OF_LIGHT }
+        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * offset::SHORT_OF_LIGHT }
     }
 }
-
-/// Step off the surface against the size of the numbers involved: well above the rounding of f32.
-const LIFT: f32 = 4e-6;
-/// Length of shadow rays against the distance of the light.
-const SHORT_OF_LIGHT: f32 = 1.0 - 1e-4;

@@ -3,8 +3,8 @@
 use super::arrival::Arrival;
 use super::group_points::Points;
 use super::lights::Lights;
-use crate::geom::Ray;
 use crate::geom::bvh::Bvh;
+use crate::geom::{Ray, offset};
 use crate::math::{combine, hemisphere::Density, sequence::Sequence};
 use crate::scene::Scene;
 use glam::Vec3;
@@ -31,10 +31,9 @@ impl ShadingPoint {
         if arrival.distance.is_infinite() {
             return Ray { origin, direction: arrival.direction, t_max: f32::INFINITY };
         }
-        let offset = self.position + arrival.direction * arrival.distance - origin;
-        let length = offset.length();
-        // Short of the light, whose own surface must not hide it.
-        Ray { origin, direction: offset / length, t_max: length * (1.0 - 1e-4) }
+        let to_light = self.position + arrival.direction * arrival.distance - origin;
+        let length = to_light.length();
+        Ray { origin, direction: to_light / length, t_max: length * offset::SHORT_OF_LIGHT }
     }
 }
 
@@ -56,14 +55,11 @@ pub struct SceneContext<'a> {
 /// Probes of a dark vertex, all of which must hit back faces.
 const PROBES: u32 = 8;
 
-/// Length of the contact test against the scene's scale.
-const CONTACT: f32 = 2e-4;
-
 impl<'a> SceneContext<'a> {
     /// The world of a scene; `scale` is the scene's.
     #[must_use]
     pub const fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a Lights, seed: u64, scale: f32) -> Self {
-        Self { scene, bvh, lights, seed, contact: scale * CONTACT }
+        Self { scene, bvh, lights, seed, contact: scale * offset::CONTACT }
     }
 
     /// The points of a light group as seen from a vertex.
