@@ -11,8 +11,8 @@
 //! | closed form | [`crate::math::phong_polygon::Lobe`], over a polygon | `light::area_specular`, `light::emission` |
 //! | spread light | [`crate::estimate::light_vector::LightVector::specular`], approximately | `cache::indirect`, `refine` |
 //!
-//! k_d and k_s come from the scene ([`crate::scene::Scene::kd_at`], [`crate::scene::material::Material`]), which the loader keeps at
-//! k_d + k_s ≤ 1. The two last rows know the lobe's shape as well: another lobe needs its own of each.
+//! k_d and k_s come from the scene ([`crate::scene::Scene::kd_at`], [`crate::scene::material::Material`]), which the
+//! loader keeps at k_d + k_s ≤ 1. The two last rows know the lobe's shape as well: another lobe needs its own of each.
 
 use glam::Vec3;
 use std::f32::consts::TAU;
@@ -31,15 +31,16 @@ pub fn lobe(shininess: f32, normal: Vec3, to_light: Vec3, to_eye: Vec3) -> f32 {
     (shininess + 2.0) / TAU * cosine.powf(shininess)
 }
 
-/// Density with which [`sample_lobe`] takes a direction in which the lobe has a `value`, both sr⁻¹: (s+1)/(2π) max(0, r·ω)^s.
+/// Density with which [`sample_lobe`] takes a direction in which the lobe has a `value`, both sr⁻¹: (s+1)/(2π) max(0,
+/// r·ω)^s.
 #[must_use]
 #[inline]
 pub fn lobe_density(shininess: f32, value: f32) -> f32 {
     value * ((shininess + 1.0) / (shininess + 2.0))
 }
 
-/// A unit direction chosen by `u` ∈ [0, 1)² in proportion to the lobe about the mirrored direction to the eye; it may point below
-/// the surface.
+/// A unit direction chosen by `u` ∈ [0, 1)² in proportion to the lobe about the mirrored direction to the eye; it may
+/// point below the surface.
 #[must_use]
 pub fn sample_lobe(shininess: f32, normal: Vec3, to_eye: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     let mirrored = 2.0 * normal.dot(to_eye) * normal - to_eye;

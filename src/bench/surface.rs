@@ -32,8 +32,8 @@ pub fn site_of(scene: &Scene, hit: &Hit, key: u64) -> ShadingPoint {
     ShadingPoint { key, position, origin, normal }
 }
 
-/// Radiance that the surface of a hit reflects diffusely of the light from one light, drawn in proportion to its strength;
-/// one shadow ray. Its mean over `u` ∈ [0, 1)³ is that of all direct light.
+/// Radiance, W·sr⁻¹·m⁻², that the surface of a hit reflects diffusely of the light from one light, drawn in proportion
+/// to its strength; one shadow ray. Its mean over `u` ∈ [0, 1)³ is that of all direct light.
 pub fn reflected(context: &SceneContext<'_>, hit: &Hit, u: [f32; 3]) -> Vec3 {
     let shading_point = site_of(context.scene, hit, 0);
     let Some((arrival, share)) = arrival(context, &shading_point, u) else { return Vec3::ZERO };

@@ -88,9 +88,9 @@ impl LightVector {
         self.vector / self.count()
     }
 
-    /// How much more irradiance than on this vector's own surface, of unit `normal`, falls on one turned to `other` at the same
-    /// place: linear in the turn, by the rotational gradient. Never n·V for another normal: light below the horizon of either
-    /// would be counted wrongly. At most [`MOST_TURNING`].
+    /// How much more irradiance than on this vector's own surface, of unit `normal`, falls on one turned to `other` at
+    /// the same place, a ratio: linear in the turn, by the rotational gradient. Never n·V for another normal: light
+    /// below the horizon of either would be counted wrongly. At most [`MOST_TURNING`].
     #[must_use]
     pub fn turning(&self, normal: Vec3, other: Vec3) -> f32 {
         let own = luminance(self.irradiance);
@@ -116,8 +116,8 @@ impl LightVector {
         (self.squares / n - mean * mean).max(0.0) / (n - 1.0)
     }
 
-    /// The same for stratified samples, by the usual [`gain`](usual_gain): right within a factor
-    /// of 10, as scenes differ that much. [`Stratification`](super::stratification::Stratification) measures it instead.
+    /// The same for stratified samples, by the usual [`gain`](usual_gain): right within a factor of 10, as scenes
+    /// differ that much. [`Stratification`](super::stratification::Stratification) measures it instead.
     ///
     /// It is for rounds of [`Method::Stratified`](super::hemisphere::Method::Stratified); the error of the other methods
     /// is no variance.

@@ -1,4 +1,5 @@
-//! A point that a gather ray has hit, as light leaves it: diffusely (method 2).
+//! A point that a gather ray has hit, as light leaves it: diffusely, since a highlight depends on where it is seen from
+//! (docs/method/indirect-light.md).
 
 use crate::geom::{Hit, Ray, offset};
 use crate::light::arrival::Arrival;
@@ -11,14 +12,15 @@ use glam::Vec3;
 /// A diffuse surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffusePoint {
-    /// Where light is evaluated and rays start: a little off the facet, on the side that was hit. On the facet itself the
-    /// back of a lamp may come to lie in front of it.
+    /// Where light is evaluated and rays start, scene units: a little off the facet, on the side that was hit. On the
+    /// facet itself the back of a lamp may come to lie in front of it.
     pub origin: Vec3,
     /// Unit normal of the facet on that side.
     pub facet: Vec3,
     /// Unit shading normal on that side.
     pub normal: Vec3,
-    /// Reflectance: what would go into the highlight is reflected diffusely, too, so that no energy is lost.
+    /// Diffuse reflectance, without unit: what would go into the highlight is reflected diffusely, too, so that no
+    /// energy is lost.
     pub kd: Vec3,
 }
 
@@ -37,8 +39,9 @@ impl DiffusePoint {
         }
     }
 
-    /// Irradiance from one light, drawn in proportion to the bound of what it can send here, by one shadow ray: an unbiased
-    /// estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of the light.
+    /// Irradiance, W·m⁻², from one light, drawn in proportion to the bound of what it can send here, by one shadow ray:
+    /// an unbiased estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of
+    /// the light.
     pub fn direct(&self, context: &SceneContext<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
         let mut choice = LightChoice::default();
         choice.prepare(context.lights, self.origin, self.normal);

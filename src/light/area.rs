@@ -15,7 +15,7 @@ use glam::{DVec3, Vec3};
 use std::borrow::Cow;
 use std::f32::consts::PI;
 
-/// An emissive component, prepared.
+/// An area light, a connected emissive component of the scene, prepared for sampling and for its closed forms.
 #[derive(Clone, Debug)]
 pub struct AreaSource {
     outlines: Outlines,
@@ -25,10 +25,10 @@ pub struct AreaSource {
     pub(super) facets: Facets,
     /// Groups of facets by place and direction, only where there are too many facets to weigh each.
     pub(super) clusters: Vec<Cluster>,
-    /// The whole source if it is a parallelogram without a texture.
+    /// The whole source as a parallelogram where it is one without a texture.
     pub(super) quad: Option<Box<QuadLight>>,
     pub(super) both_sides: bool,
-    /// Area-mean radiance.
+    /// Area-mean radiance, W·sr⁻¹·m⁻².
     radiance: Vec3,
     pub(super) textured: bool,
     /// Where a texture makes it uneven.
@@ -105,7 +105,7 @@ impl AreaSource {
         self.outlines.polygons.len() == 1 && (self.centre - x).length() > FAR * self.radius
     }
 
-    /// Solid angle that `area` takes at the point of a facet `offset` away; `None` where that faces away.
+    /// Solid angle, sr, that `area` takes at the point of a facet `offset` away; `None` where that faces away.
     pub(super) fn solid_angle_of(&self, facet: &Facet, offset: DVec3, area: f64) -> Option<f64> {
         let squared = offset.length_squared();
         let cosine = -facet.normal.dot(offset) / squared.sqrt();
@@ -113,7 +113,7 @@ impl AreaSource {
         (cosine > 0.0).then(|| cosine * area / squared)
     }
 
-    /// Radiance of the point of a facet `offset` away.
+    /// Radiance of the point of a facet `offset` away, W·sr⁻¹·m⁻².
     pub(super) fn radiance_at(&self, scene: &Scene, facet: &Facet, at: [f64; 2], offset: DVec3) -> Vec3 {
         if !self.textured {
             return self.radiance;
@@ -122,7 +122,7 @@ impl AreaSource {
         scene.emitted_at(FaceId::new(facet.id, back), at[0] as f32, at[1] as f32)
     }
 
-    /// Light of that point if it stands for the solid angle `measure`.
+    /// Light of that point if it stands for the solid angle `measure`, sr.
     pub(super) fn seen(&self, scene: &Scene, facet: &Facet, at: [f64; 2], offset: DVec3, measure: f64) -> Arrival {
         let distance = offset.length();
         Arrival {
@@ -133,7 +133,7 @@ impl AreaSource {
         }
     }
 
-    /// A sphere that holds the source: centre and radius.
+    /// A sphere that holds the source: centre and radius, scene units.
     #[must_use]
     pub const fn sphere(&self) -> (Vec3, f32) {
         (self.centre, self.radius)
@@ -171,16 +171,16 @@ impl AreaSource {
         Some(form)
     }
 
-    /// Unoccluded irradiance at `x` on a surface of unit `normal`: what its closed form there says, in the colours that show there
-    /// where a texture makes the source uneven.
+    /// Unoccluded irradiance at `x` on a surface of unit `normal`, W·m⁻²: what its closed form there says, in the
+    /// colours that show there where a texture makes the source uneven.
     #[must_use]
     pub fn irradiance(&self, form: &ClosedForm<'_>, x: Vec3, normal: Vec3) -> Vec3 {
         let seen = if self.textured { self.parts.seen(x, normal, self.both_sides) } else { None };
         seen.unwrap_or(self.radiance) * form.form_factor(normal)
     }
 
-    /// What the luminance of the unoccluded irradiance at `x` on a surface of unit `normal` is, up to a factor of two or so beside
-    /// the source; 0 only where no light can arrive.
+    /// What the luminance of the unoccluded irradiance at `x` on a surface of unit `normal` is, W·m⁻², up to a factor
+    /// of two or so beside the source; 0 only where no light can arrive.
     pub(super) fn strength(&self, x: Vec3, normal: Vec3) -> f32 {
         let bound = self.bounds.bound(x, normal) * self.mean_to_peak;
         if bound == 0.0 || !self.is_roughly_distant(x, normal) {
@@ -190,15 +190,15 @@ impl AreaSource {
         luminance(self.distant_irradiance(x, normal)).max(bound * 1e-6)
     }
 
-    /// Unoccluded irradiance as roughly as that.
+    /// Unoccluded irradiance, W·m⁻², as roughly as [`Self::strength`].
     #[must_use]
     pub fn rough_irradiance(&self, x: Vec3, normal: Vec3) -> Vec3 {
         let luminance = luminance(self.radiance);
         if luminance > 0.0 { self.radiance * (self.strength(x, normal) / luminance) } else { Vec3::ZERO }
     }
 
-    /// Whether the source is so far from `x` that its polygons count as points. One that the horizon of a surface of unit
-    /// `normal` may cut never does: what of a polygon shows above it is not its middle's affair.
+    /// Whether the source is so far from `x` that its polygons count as points. One that the horizon of a surface of
+    /// unit `normal` may cut never does: what of a polygon shows above it is not its middle's affair.
     #[must_use]
     pub fn is_distant(&self, x: Vec3, normal: Vec3) -> bool {
         self.is_beyond(self.distant.from, x, normal)

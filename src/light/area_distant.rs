@@ -77,7 +77,7 @@ impl Distant {
         Self { polygons, from: from(RADII), rough_from: from(ROUGH_RADII) }
     }
 
-    /// Σ cosθ cosθ_l A / d² of the points at `x` for a receiver of unit `normal`: the irradiance for radiance 1.
+    /// Σ cosθ cosθ_l A / d² of the points at `x` for a receiver of unit `normal`, sr: the irradiance for radiance 1.
     pub(super) fn form_factor(&self, x: Vec3, normal: Vec3, both_sides: bool) -> f32 {
         self.polygons.iter().map(|p| p.irradiance(x, normal, both_sides)).sum::<f32>()
     }

@@ -1,5 +1,6 @@
-//! Points of an area light as seen from one place: uniform in the solid angle of its triangles, so that no sample outshines
-//! the light, or by area in those that look small; by groups of triangles where there are too many to look at each.
+//! Points of an area light as seen from one place: uniform in the solid angle of its triangles, so that no sample
+//! outshines the light, or by area in those that look small; by clusters of triangles where there are too many to look
+//! at each.
 
 use super::area::AreaSource;
 use super::arrival::Arrival;
@@ -65,9 +66,10 @@ impl AreaSource {
         Some(self.seen(scene, facet, at, offset, measure))
     }
 
-    /// The light that arrives at a surface at `x` of unit `normal` from the point of the source chosen by `u` ∈ [0, 1)²;
-    /// `None` where no light does. The mean of `facing · max(0, n·direction)` over u is the unoccluded irradiance, as with
-    /// [`Sampler::sample`]; points that send much are chosen more often where that is cheap. Strata of u are kept.
+    /// The light that arrives at a surface at `x` of unit `normal` from the point of the source chosen by `u` ∈ [0,
+    /// 1)²; `None` where no light does. The mean of `facing · max(0, n·direction)` over u is the unoccluded irradiance,
+    /// as with [`Sampler::sample`]; points that send much are chosen more often where that is cheap. Strata of u are
+    /// kept.
     #[must_use]
     pub fn sample_for(&self, scene: &Scene, (x, normal): (Vec3, Vec3), u: [f32; 2]) -> Option<Arrival> {
         let Some(quad) = self.quad_from(x) else { return self.at(x).sample(scene, u) };
@@ -76,8 +78,8 @@ impl AreaSource {
         Some(Arrival { direction: offset / distance, distance, facing, measure })
     }
 
-    /// Density with which [`Self::sample_for`] takes the direction of the point of the source that lies `offset` from x, sr⁻¹;
-    /// 0 where it never does.
+    /// Density with which [`Self::sample_for`] takes the direction of the point of the source that lies `offset` from
+    /// x, sr⁻¹; 0 where it never does.
     #[must_use]
     pub fn density_for(&self, (x, normal): (Vec3, Vec3), offset: Vec3) -> f32 {
         let Some(quad) = self.quad_from(x) else { return self.at(x).density(offset) };
@@ -206,8 +208,8 @@ impl<'a> Sampler<'a> {
         self.source.solid_angle_of(facet, offset, cluster.area * self.total / choice.weight)
     }
 
-    /// What [`Point::measure`] would be for the point of a facet `offset` away; `None` where it faces away, and for
-    /// clusters.
+    /// What [`Point::measure`] would be, sr, for the point of a facet `offset` away; `None` where it faces away, and
+    /// for clusters.
     pub(super) fn measure(&self, facet: &Facet, offset: DVec3) -> Option<f64> {
         let of_area = self.source.solid_angle_of(facet, offset, self.total)?;
         match self.by {
@@ -235,7 +237,8 @@ fn misfit(facet: &Facet, x: DVec3, offset: DVec3) -> f64 {
     })
 }
 
-/// Solid angle of a facet whose plane is `height` from `x`, and whether that is its middle's, good enough from afar.
+/// Solid angle, sr, of a facet whose plane is `height` from `x`, and whether that is its middle's, good enough from
+/// afar.
 fn facet_weight(facet: &Facet, x: DVec3, height: f64) -> (f64, bool) {
     let squared = facet.middle.distance_squared(x);
     if squared > FAR * FAR * facet.squared_radius {
@@ -252,6 +255,6 @@ pub(super) struct Point<'a> {
     pub at: [f64; 2],
     /// From the receiver.
     pub offset: DVec3,
-    /// Solid angle that it stands for, the inverse of its density.
+    /// Solid angle that it stands for, sr, the inverse of its density.
     pub measure: f64,
 }

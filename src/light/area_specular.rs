@@ -30,8 +30,8 @@ const TEXTURE_POINTS: u32 = 128;
 const POINTS: u32 = 256;
 
 impl AreaSource {
-    /// Unoccluded highlight ∫ lobe · L cosθ dω of the source (method 2). The texture does not colour what is darker than
-    /// `floor`, in luminance.
+    /// Unoccluded highlight ∫ lobe · L cosθ dω of the source, W·sr⁻¹·m⁻². The texture does not colour what is darker
+    /// than `floor`, in luminance.
     #[must_use]
     pub fn specular(&self, scene: &Scene, receiver: &Receiver, floor: f32) -> Vec3 {
         match self.form(receiver.x, MAX_EDGES) {
@@ -40,7 +40,7 @@ impl AreaSource {
         }
     }
 
-    /// The same from a closed form at the receiver's place.
+    /// The same from a closed form at the receiver's place, W·sr⁻¹·m⁻².
     #[must_use]
     pub fn specular_of(&self, scene: &Scene, form: &ClosedForm<'_>, receiver: &Receiver, floor: f32) -> Vec3 {
         let Receiver { x, normal, to_eye, shininess } = *receiver;
@@ -56,8 +56,8 @@ impl AreaSource {
         seen.map_or(mean, |seen| seen * highlight)
     }
 
-    /// Mean radiance of a textured source weighed by the lobe and the cosine; `None` where no sample meets both. Points of
-    /// the light and directions of the lobe, combined by the balance heuristic.
+    /// Mean radiance, W·sr⁻¹·m⁻², of a textured source weighed by the lobe and the cosine; `None` where no sample meets
+    /// both. Points of the light and directions of the lobe, combined by the balance heuristic.
     fn radiance_in_lobe(&self, scene: &Scene, sampler: &Sampler<'_>, phong: &Lobe) -> Option<Vec3> {
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
         let mut add = |facet: &Facet, at: [f64; 2], offset: DVec3, measure: f64| {
@@ -92,8 +92,8 @@ impl AreaSource {
         (weights > f64::MIN_POSITIVE).then(|| (sum / weights).as_vec3())
     }
 
-    /// Unoccluded highlight of a distant source that sends `irradiance`, W·sr⁻¹·m⁻²; `None` where the lobe sees its width or
-    /// texture.
+    /// Unoccluded highlight, W·sr⁻¹·m⁻², of a distant source that sends `irradiance`, W·m⁻²; `None` where the lobe sees
+    /// its width or texture.
     #[must_use]
     pub fn distant_specular(&self, receiver: &Receiver, irradiance: Vec3) -> Option<Vec3> {
         let offset = self.centre - receiver.x;
@@ -134,13 +134,14 @@ fn phong_lobe(normal: Vec3, to_eye: Vec3, shininess: f32) -> Lobe {
 }
 
 impl ClosedForm<'_> {
-    /// Unoccluded highlight for the source's mean radiance; exact (1e-4) for any exponent and size of light.
+    /// Unoccluded highlight for the source's mean radiance, W·sr⁻¹·m⁻²; exact (1e-4) for any exponent and size of
+    /// light.
     #[must_use]
     pub fn specular(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
         self.mean_radiance() * self.highlight(normal, to_eye, shininess)
     }
 
-    /// The same for radiance 1.
+    /// The same for radiance 1, a number.
     fn highlight(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> f32 {
         if shininess == 0.0 {
             return self.form_factor(normal) / std::f32::consts::PI;

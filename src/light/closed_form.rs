@@ -1,5 +1,5 @@
-//! Unoccluded light of polygons of even radiance at a point in closed form: Lambert's sum over edges, clipped to the horizon of
-//! any normal [Lambert].
+//! Unoccluded light of polygons of even radiance at a point in closed form: Lambert's sum over edges, clipped to the
+//! horizon of any normal [Lambert].
 
 use crate::math::luminance;
 use crate::math::polygon::{edge_term, edges};
@@ -12,7 +12,7 @@ use std::borrow::Cow;
 pub struct ClosedForm<'a> {
     radiance: Vec3,
     polygons: SmallVec<[ProjectedPolygon<'a>; 4]>,
-    /// Terms of the edges of all polygons (unit radiance), in order.
+    /// Terms of the edges of all polygons (unit radiance), sr, in order.
     terms: SmallVec<[DVec3; 24]>,
 }
 
@@ -66,7 +66,7 @@ impl<'a> ClosedForm<'a> {
         self.radiance * self.form_factor(normal)
     }
 
-    /// The same for radiance 1.
+    /// The same for radiance 1, sr.
     pub(super) fn form_factor(&self, normal: Vec3) -> f32 {
         let normal = normal.as_dvec3();
         self.polygons().map(|(polygon, terms)| polygon.irradiance(terms, normal)).sum::<f64>() as f32
@@ -92,7 +92,7 @@ impl ProjectedPolygon<'_> {
         (axis, if least > 0.0 { least } else { -1.0 })
     }
 
-    /// Irradiance for radiance 1; `terms` are those of the whole edges, reused for edges above the horizon.
+    /// Irradiance for radiance 1, sr; `terms` are those of the whole edges, reused for edges above the horizon.
     pub(super) fn irradiance(&self, terms: &[DVec3], normal: DVec3) -> f64 {
         let offset = normal.dot(self.base);
         let height = |r: DVec3| offset + normal.dot(r);

@@ -1,4 +1,4 @@
-//! What estimators read: the scene, its hierarchy, its lights; immutable while jobs are traced.
+//! What estimators read: the scene, its bounding volume hierarchy, its lights; immutable while jobs are traced.
 
 use super::arrival::Arrival;
 use super::group_points::Points;
@@ -14,9 +14,9 @@ use glam::Vec3;
 pub struct ShadingPoint {
     /// Permanent name, which seeds the random numbers.
     pub key: u64,
-    /// Position on the surface, where light is evaluated.
+    /// Position on the surface, scene units, where light is evaluated.
     pub position: Vec3,
-    /// Where rays start: a little off the surface.
+    /// Where rays start, scene units: a little off the surface ([`offset`]).
     pub origin: Vec3,
     /// Unit normal of the surface.
     pub normal: Vec3,
@@ -37,12 +37,12 @@ impl ShadingPoint {
     }
 }
 
-/// The immutable part of the world.
+/// What estimators read of a scene.
 #[derive(Clone, Copy)]
 pub struct SceneContext<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its hierarchy.
+    /// Its bounding volume hierarchy.
     pub bvh: &'a Bvh,
     /// Its lights.
     pub lights: &'a Lights,
@@ -56,7 +56,7 @@ pub struct SceneContext<'a> {
 const PROBES: u32 = 8;
 
 impl<'a> SceneContext<'a> {
-    /// The world of a scene; `scale` is the scene's.
+    /// The context of a scene; `scale` is the scene's, [`Scene::scale`].
     #[must_use]
     pub const fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a Lights, seed: u64, scale: f32) -> Self {
         Self { scene, bvh, lights, seed, contact: scale * offset::CONTACT }

@@ -1,5 +1,5 @@
-//! Lights that have a single direction at each place: point, spot and directional lights. One shadow ray tells all of their
-//! visibility there, and no ray finds them by chance.
+//! Lights that have a single direction at each place: point, spot and directional lights. One shadow ray tells all of
+//! their visibility there, and no ray finds them by chance.
 
 use super::arrival::Arrival;
 use super::bounds::LightBounds;

@@ -1,4 +1,5 @@
-//! Facets of an area light by place and direction, for lights of too many to look at each: a cluster is weighed as a whole.
+//! Facets of an area light by place and direction, for lights of too many to look at each: a cluster is weighed as a
+//! whole.
 
 use super::facets::Facet;
 use glam::DVec3;

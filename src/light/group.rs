@@ -1,8 +1,8 @@
 //! Light groups: a single source, or several small ones near each other whose visible fraction is sampled together.
 //!
-//! What a group sends without occlusion is the exact sum over its members; only the fraction of it that is visible is shared:
-//! E = E_closed × (Σ v g / Σ g) over points of its members, g the unoccluded contribution of a point, as for one area light
-//! (docs/method/direct-light.md).
+//! What a group sends without occlusion is the exact sum over its members; only the fraction of it that is visible is
+//! shared: E = E_closed × (Σ v g / Σ g) over points of its members, g the unoccluded contribution of a point, as for
+//! one area light (docs/method/direct-light.md).
 
 use super::bounds::LightBounds;
 use super::lighting::ratio_by_channel;
@@ -35,7 +35,7 @@ pub struct SharedGroup {
     factors: Vec<Vec3>,
     /// What all count times: they change together without anything known of the group becoming wrong.
     common: Vec3,
-    /// A sphere that holds all.
+    /// A sphere that holds all, scene units.
     centre: Vec3,
     radius: f32,
     /// What they send at most, from outside of it, with the members' factors.
@@ -104,8 +104,8 @@ impl<'a> LightGroup<'a> {
         single.into_iter().chain(group.into_iter().flatten())
     }
 
-    /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`; 0 only where no light can
-    /// arrive.
+    /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`, W·m⁻²; 0 only
+    /// where no light can arrive.
     #[must_use]
     pub fn bound(self, x: Vec3, normal: Vec3) -> f32 {
         match self {
@@ -130,8 +130,8 @@ impl<'a> LightGroup<'a> {
         }
     }
 
-    /// The luminance of the unoccluded irradiance itself, roughly: what to order lights by; 0 only where no light can arrive,
-    /// whatever sources are on.
+    /// The luminance of the unoccluded irradiance itself, W·m⁻², roughly: what to order lights by; 0 only where no
+    /// light can arrive, whatever sources are on.
     #[must_use]
     pub fn strength(self, x: Vec3, normal: Vec3) -> f32 {
         match self {
@@ -217,7 +217,7 @@ impl<'a> Members<'a> {
         self.group.centre.distance_squared(x) < (FAR * self.group.radius).powi(2)
     }
 
-    /// Bounds of its members one by one.
+    /// Bounds of its members one by one, W·m⁻².
     pub(super) fn bounds(self, x: Vec3, normal: Vec3) -> impl Iterator<Item = f32> + 'a {
         self.sources().map(move |(source, factor)| source.bound(x, normal) * factor.max_element())
     }

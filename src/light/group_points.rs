@@ -1,7 +1,7 @@
 //! Points of the sources of a light group as seen from one place, for shadow rays.
 //!
-//! The members of a group take turns, in an order that the place rotates: a whole number of turns leaves no noise but that of
-//! penumbrae of single members, none where those are points.
+//! The members of a group take turns, in an order that the place rotates: a whole number of turns leaves no noise but
+//! that of penumbrae of single members, none where those are points.
 
 use super::arrival::Arrival;
 use super::group::{LightGroup, Members};
@@ -37,8 +37,8 @@ impl<'a> LightGroup<'a> {
 }
 
 impl Points<'_> {
-    /// The light that arrives from the point of an index, as if the whole group were there; `None` where none does. The mean of
-    /// [`Arrival::irradiance`] over points is the unoccluded irradiance.
+    /// The light that arrives from the point of an index, as if the whole group were there; `None` where none does. The
+    /// mean of [`Arrival::irradiance`] over points is the unoccluded irradiance.
     #[must_use]
     pub fn sample(&self, scene: &Scene, index: u32) -> Option<Arrival> {
         match &self.sampler {
@@ -51,8 +51,8 @@ impl Points<'_> {
     }
 }
 
-/// The members of a group one after the other. Emission plays no part in the order, so that a point stays where it is when lights
-/// change.
+/// The members of a group one after the other. Emission plays no part in the order, so that a point stays where it is
+/// when lights change.
 #[derive(Clone, Debug)]
 struct Turns<'a> {
     members: Members<'a>,

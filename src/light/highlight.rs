@@ -70,8 +70,9 @@ impl GlossyTriangle {
         0.5 / self.shininess.max(1.0).sqrt()
     }
 
-    /// The peak of a light's highlight; `None` where it is off the triangle, or wide enough for the corners to show it, or
-    /// the light has no closed form. Highlights that cannot exceed `floor`, in luminance, are passed over.
+    /// The peak of a light's highlight; `None` where it is off the triangle, or wide enough for the corners to show it,
+    /// or the light has no closed form. Highlights that cannot exceed `floor`, in luminance, W·sr⁻¹·m⁻², are passed
+    /// over.
     #[must_use]
     pub fn peak(&self, source: &Source, floor: f32) -> Option<Peak> {
         let light = source.place(self.middle.x)?;

@@ -13,15 +13,16 @@ pub struct Lighting {
 }
 
 impl Lighting {
-    /// How many times as bright the sources are together in `to`; 1 where there is no telling, because all are off in either.
+    /// How many times as bright the sources are together in `to`; 1 where there is no telling, because all are off in
+    /// either.
     #[must_use]
     pub fn brightening(&self, to: &Self) -> f32 {
         let ratio = luminance(to.power) / luminance(self.power);
         if ratio.is_finite() && ratio > 0.0 { ratio } else { 1.0 }
     }
 
-    /// What each channel of all light is multiplied by to get from `self` to `to`; `None` if sources change differently, or
-    /// if a channel was or is dark.
+    /// What each channel of all light is multiplied by to get from `self` to `to`; `None` if sources change
+    /// differently, or if a channel was or is dark.
     #[must_use]
     pub fn common_ratio(&self, to: &Self) -> Option<Vec3> {
         let pairs = || self.factors.iter().zip(&to.factors).filter(|&(&a, &b)| (a, b) != (Vec3::ZERO, Vec3::ZERO));

@@ -97,8 +97,8 @@ fn linear(u: f32, a: f32, b: f32) -> f32 {
 }
 
 impl FacingQuad<'_> {
-    /// The point chosen by `u` ∈ [0, 1)²: the solid angle that it stands for, sr, its offset from the surface and its distance;
-    /// `None` where none is chosen.
+    /// The point chosen by `u` ∈ [0, 1)²: the solid angle that it stands for, sr, its offset from the surface and its
+    /// distance; `None` where none is chosen.
     pub(super) fn sample(&self, u: [f32; 2]) -> Option<(f32, Vec3, f32)> {
         self.measure(self.point(u))
     }
@@ -116,7 +116,8 @@ impl FacingQuad<'_> {
         [linear(u, a + (c - a) * t, b + (d - b) * t), t]
     }
 
-    /// Solid angle that a point of these shares stands for, sr, and its offset and distance; `None` where none is chosen.
+    /// Solid angle that a point of these shares stands for, sr, and its offset and distance; `None` where none is
+    /// chosen.
     fn measure(&self, [s, t]: [f32; 2]) -> Option<(f32, Vec3, f32)> {
         let [a, b, c, d] = self.weights;
         let (left, right) = (a + (c - a) * t, b + (d - b) * t);

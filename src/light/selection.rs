@@ -12,7 +12,7 @@ use smallvec::SmallVec;
 pub struct LightChoice {
     x: Vec3,
     normal: Vec3,
-    /// Eight groups at a time.
+    /// Of eight groups at a time, W·m⁻².
     bounds: SmallVec<[[f32; LANES]; 16]>,
     /// Sum of each eight.
     sums: SmallVec<[f32; 16]>,
@@ -67,7 +67,7 @@ impl LightChoice {
         }
     }
 
-    /// Sum of the bounds: all that [`Self::chance_of`] needs to know of them later.
+    /// Sum of the bounds, W·m⁻²: all that [`Self::chance_of`] needs to know of them later.
     #[must_use]
     pub const fn total(&self) -> f32 {
         self.total

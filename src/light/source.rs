@@ -1,5 +1,6 @@
-//! Light sources behind one interface: sample, density, bounds, power, closed forms. All that depends on the kind of a source is
-//! decided here; a new kind is a variant of [`Source`] and a file of its own. (pbrt's `base/light.h` has the same shape.)
+//! Light sources behind one interface: sample, density, bounds, power, closed forms. All that depends on the kind of a
+//! source is decided here; a new kind is a variant of [`Source`] and a file of its own. (pbrt's `base/light.h` has the
+//! same shape.)
 
 use super::appearance::{Appearance, specular_of};
 use super::area::AreaSource;
@@ -46,8 +47,8 @@ impl Source {
         }
     }
 
-    /// Whether light has a single direction at each place: one ray tells all about its visibility, and no ray hits the source
-    /// by chance.
+    /// Whether light has a single direction at each place: one ray tells all about its visibility, and no ray hits the
+    /// source by chance.
     #[must_use]
     pub const fn is_delta(&self) -> bool {
         matches!(self, Self::Delta(_))
@@ -99,8 +100,8 @@ impl Source {
         }
     }
 
-    /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`, W·m⁻²; 0 only where
-    /// no light can arrive.
+    /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`, W·m⁻²; 0 only
+    /// where no light can arrive.
     #[must_use]
     pub fn bound(&self, x: Vec3, normal: Vec3) -> f32 {
         match self {
@@ -117,8 +118,8 @@ impl Source {
         }
     }
 
-    /// The luminance of the unoccluded irradiance itself, W·m⁻², but for area lights near `x`, and textured ones, roughly: what
-    /// to order lights by. 0 where the bound is.
+    /// The luminance of the unoccluded irradiance itself, W·m⁻², but for area lights near `x`, and textured ones,
+    /// roughly: what to order lights by. 0 where the bound is.
     #[must_use]
     pub fn strength(&self, x: Vec3, normal: Vec3) -> f32 {
         match self {
@@ -150,8 +151,8 @@ impl Source {
         }
     }
 
-    /// Unoccluded highlight, W·sr⁻¹·m⁻², of a textured source in its mean colour; `None` where no light arrives or there is no
-    /// closed form.
+    /// Unoccluded highlight, W·sr⁻¹·m⁻², of a textured source in its mean colour; `None` where no light arrives or
+    /// there is no closed form.
     #[must_use]
     pub fn mean_specular(&self, receiver: &Receiver) -> Option<Vec3> {
         match self {
@@ -169,8 +170,9 @@ impl Source {
         }
     }
 
-    /// The light that arrives at a surface at `x` of unit `normal` from the point of the source chosen by `u` ∈ [0, 1)²;
-    /// `None` where none does. The mean of [`Arrival::irradiance`] over u is the unoccluded irradiance. Strata of u are kept.
+    /// The light that arrives at a surface at `x` of unit `normal` from the point of the source chosen by `u` ∈ [0,
+    /// 1)²; `None` where none does. The mean of [`Arrival::irradiance`] over u is the unoccluded irradiance. Strata of
+    /// u are kept.
     #[must_use]
     pub fn sample_for(&self, scene: &Scene, surface: (Vec3, Vec3), u: [f32; 2]) -> Option<Arrival> {
         match self {
@@ -179,8 +181,8 @@ impl Source {
         }
     }
 
-    /// Density with which [`Self::sample_for`] takes the direction of the point of the source that lies `offset` from the
-    /// surface, sr⁻¹; 0 for light of a single direction, which no other way of sampling finds.
+    /// Density with which [`Self::sample_for`] takes the direction of the point of the source that lies `offset` from
+    /// the surface, sr⁻¹; 0 for light of a single direction, which no other way of sampling finds.
     #[must_use]
     pub fn density_for(&self, surface: (Vec3, Vec3), offset: Vec3) -> f32 {
         match self {
@@ -189,7 +191,8 @@ impl Source {
         }
     }
 
-    /// As [`Self::sample_for`] for any surface at `x`, points in proportion to area: far more variance, and nothing to prepare.
+    /// As [`Self::sample_for`] for any surface at `x`, points in proportion to area: far more variance, and nothing to
+    /// prepare.
     #[must_use]
     pub fn sample_by_area(&self, scene: &Scene, x: Vec3, u: [f32; 2]) -> Option<Arrival> {
         match self {
@@ -210,8 +213,8 @@ pub enum SourceSampler<'a> {
 }
 
 impl SourceSampler<'_> {
-    /// The light that arrives from the point of the source chosen by `u` ∈ [0, 1)², which is asked for only where there is a
-    /// choice; `None` where none does. The mean of [`Arrival::irradiance`] over u is the unoccluded irradiance.
+    /// The light that arrives from the point of the source chosen by `u` ∈ [0, 1)², which is asked for only where there
+    /// is a choice; `None` where none does. The mean of [`Arrival::irradiance`] over u is the unoccluded irradiance.
     #[must_use]
     pub fn sample(&self, scene: &Scene, u: impl FnOnce() -> [f32; 2]) -> Option<Arrival> {
         match self {

@@ -1,4 +1,4 @@
-//! Luminance: D and S of the drawn triangles, all of them or those that changed (method.md 7).
+//! Luminance: D and S of the drawn triangles, all of them or those that changed (docs/method/updates.md).
 
 use super::depth::Depth;
 use super::options::RendererOptions;

@@ -1,4 +1,4 @@
-//! The frame: visibility, colour, luminance, combine, read-back (method.md 7), and what they read.
+//! The frame: visibility, colour, luminance, combine, read-back (docs/method/updates.md), and what they read.
 //!
 //! [`Renderer`] is what commands use; `frame.rs` is the frame itself, readable top to bottom.
 

@@ -14,7 +14,8 @@ pub struct RendererOptions {
     pub modes: Vec<UpdateMode>,
     /// Whether to count how often each pixel is written ([`super::Renderer::read_luminance`]).
     pub count_writes: bool,
-    /// Whether the pixels of changed drawn triangles are counted as they are drawn ([`super::Renderer::atomic_counts`]).
+    /// Whether the pixels of changed drawn triangles are counted as they are drawn
+    /// ([`super::Renderer::atomic_counts`]).
     pub atomic_counts: bool,
 }
 

@@ -263,8 +263,8 @@ impl Renderer {
         &self.query_counts
     }
 
-    /// Drawn triangles drawn as parts of patches by the last frame, with the pixels that each was drawn to; none unless the renderer
-    /// was made to count them, or after a frame that drew all drawn triangles.
+    /// Drawn triangles of the patches that the last frame drew, with the pixels that each was drawn to; none unless the
+    /// renderer was made to count them, or after a frame that drew all drawn triangles.
     #[must_use]
     pub fn atomic_counts(&self) -> &[DrawnPixels] {
         self.counters.last()

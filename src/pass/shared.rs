@@ -40,8 +40,11 @@ pub(super) struct FrameUniform {
     pub down: [f32; 3],
     pub pixel: [f32; 2],
     pub jitter: [f32; 2],
+    /// What D and S, W·sr⁻¹·m⁻², are multiplied by in images.
     pub luminance_scale: f32,
+    /// What L_e, W·sr⁻¹·m⁻², is multiplied by in images.
     pub emission_scale: f32,
+    /// What radiance is multiplied by before tone mapping.
     pub exposure: f32,
     pub tone_mapping: u32,
     pub emits_back: u32,
@@ -90,6 +93,7 @@ pub(super) struct GpuMaterial {
     pub map_kd: u32,
     pub ks: [f32; 3],
     pub map_d: u32,
+    /// Emitted radiance, W·sr⁻¹·m⁻².
     pub ke: [f32; 3],
     pub map_ke: u32,
 }
@@ -114,7 +118,9 @@ pub(super) struct GpuTexture {
 pub(super) struct GpuSlot {
     pub position: Vec3,
     pub weight: f32,
+    /// Diffuse luminance D, W·sr⁻¹·m⁻².
     pub diffuse: Vec3,
+    /// Specular luminance S, W·sr⁻¹·m⁻².
     pub specular: Vec3,
 }
 

@@ -1,5 +1,5 @@
 //! A miniature run of every pass: it makes the driver compile all variants of the shaders (at the first draw, 25 to
-//! 68 ms each without a disk cache, lavapipe.md 7) and finds out whether the stencil mode can be trusted.
+//! 68 ms each without a disk cache, docs/lavapipe.md) and finds out whether the stencil mode can be trusted.
 
 use super::frame::FrameOptions;
 use super::options::RendererOptions;
@@ -26,8 +26,8 @@ fn miniature_size(size: ImageSize) -> ImageSize {
 }
 
 impl Renderer {
-    /// Compiles the pipelines and draws a miniature with each, so that no frame waits for the driver's compiler and
-    /// the stencil mode is known to work. Needs no scene: it can run while one loads. `size` is that of the frames to come
+    /// Compiles the pipelines and draws a miniature with each, so that no frame waits for the driver's compiler and the
+    /// stencil mode is known to work. Needs no scene: it can run while one loads. `size` is that of the frames to come
     /// ([`Self::resize`] still makes their images).
     ///
     /// # Errors

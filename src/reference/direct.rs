@@ -21,7 +21,7 @@ pub struct Shadow {
     pub ray: Ray,
     /// Index of the sample.
     pub sample: usize,
-    /// What arrives at the eye if nothing lies on the ray.
+    /// What arrives at the eye if nothing lies on the ray, W·sr⁻¹·m⁻².
     pub light: Vec3,
 }
 
@@ -31,7 +31,7 @@ pub struct Lit<'a> {
     pub surface: &'a Surface,
     /// Index of the sample.
     pub sample: usize,
-    /// What of the light there reaches the eye.
+    /// What of the light there reaches the eye, a number.
     pub throughput: Vec3,
     /// Bounces before.
     pub bounces: u32,
@@ -87,8 +87,8 @@ impl<'a> DirectLight<'a> {
         if lights.sources.len() <= SAMPLE_ALL { 1.0 } else { LightChoice::chance_of(lights, at, bounds, light) }
     }
 
-    /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the rest
-    /// is left to [`Self::sample`], which returned `bounds`.
+    /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the
+    /// rest is left to [`Self::sample`], which returned `bounds`.
     pub fn share_of_hit(
         &self,
         surface: &Surface,
@@ -110,7 +110,8 @@ impl<'a> DirectLight<'a> {
     }
 }
 
-/// One sample of one light, of as many as are expected: a shadow ray, and what is reflected if nothing lies on it.
+/// One sample of one light, of as many as are expected: a shadow ray, and what is reflected if nothing lies on it,
+/// W·sr⁻¹·m⁻².
 fn light_of(
     context: &SceneContext<'_>,
     settings: Settings,

@@ -1,4 +1,4 @@
-//! Brute-force path tracer: no cache, no interpolation; the yardstick of everything else.
+//! Brute-force path tracer: no cache, no interpolation; what everything else is measured against.
 //!
 //! At each point of a path one light (all, where there are few) is sampled, and one direction by the reflection model; both
 //! find area lights and are weighed against each other \[VG95\]. Paths end by Russian roulette alone, so the mean is that of

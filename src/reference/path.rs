@@ -20,6 +20,7 @@ const MAX_SURVIVAL: f32 = 0.98;
 /// One sample of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
+    /// Radiance, W·sr⁻¹·m⁻².
     pub radiance: Vec3,
     /// Whether it met geometry.
     pub hit: bool,
@@ -51,7 +52,7 @@ struct Path {
     /// Where it is.
     hit: Hit,
     surface: Surface,
-    /// What of the light at the surface reaches the eye.
+    /// What of the light at the surface reaches the eye, a number.
     throughput: Vec3,
     /// What [`DirectLight::sample`] returned there.
     bounds: f32,
@@ -218,7 +219,8 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// What is emitted where a bounce ended, `offset` away, as far as sampling the lights at the surface before leaves it.
+    /// What is emitted where a bounce ended, W·sr⁻¹·m⁻², `offset` away, as far as sampling the lights at the surface
+    /// before leaves it.
     fn emitted(&self, from: &Path, bounce: &Bounce, hit: &Hit, offset: Vec3) -> Vec3 {
         let scene = self.context.scene;
         if !scene.face_emits(hit.face()) {

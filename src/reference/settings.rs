@@ -14,8 +14,8 @@ pub enum Filter {
 pub enum Transport {
     /// All of it.
     Full,
-    /// All of it, but surfaces beyond the first hit reflect diffusely, what would go into their highlights, too. This is what the light engine
-    /// approximates, so that an image may be compared without what the method leaves out.
+    /// All of it, but surfaces beyond the first hit reflect diffusely, what would go into their highlights, too. This
+    /// is what the light engine approximates, so that an image may be compared without what the method leaves out.
     Method,
     /// What arrives at the first hit from the sources without a bounce.
     Direct,

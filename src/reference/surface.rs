@@ -10,7 +10,7 @@ use std::f32::consts::{FRAC_1_PI, PI};
 
 /// The point that a ray hit, with the material there.
 pub struct Surface {
-    /// The point itself.
+    /// The point itself, scene units.
     pub point: Vec3,
     /// Where rays start and light is evaluated: a little off the facet. Rounding would put half of the points of a lamp's back
     /// in front of it, where it fills the hemisphere.
@@ -22,7 +22,7 @@ pub struct Surface {
     to_eye: Vec3,
     kd: Vec3,
     ks: Vec3,
-    /// Diffuse reflectance that stands for the highlight.
+    /// Diffuse reflectance that stands for the highlight, without unit.
     spread: Vec3,
     shininess: f32,
     /// Whether the highlight shows light straight from the sources only.
@@ -46,7 +46,7 @@ pub struct Bounce {
     pub ray: Ray,
     /// Density with which it was drawn, sr⁻¹.
     pub density: f32,
-    /// f_r cosθ / density for light of a source that the ray hits.
+    /// f_r cosθ / density, a number, for light of a source that the ray hits.
     pub of_source: Vec3,
     /// The same for light that comes from beyond.
     pub of_beyond: Vec3,
@@ -101,7 +101,7 @@ impl Surface {
         self.ks.max_element() > 0.0
     }
 
-    /// f_r cosθ.
+    /// f_r cosθ, sr⁻¹.
     pub fn reflect(&self, response: Response) -> Vec3 {
         (self.kd * FRAC_1_PI + self.ks * response.lobe) * response.cosine
     }

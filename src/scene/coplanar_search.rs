@@ -1,4 +1,5 @@
-//! The search for faces that overlap in one plane, and for triangles that are large against the scene: see [`Coplanar`].
+//! The search for faces that overlap in one plane, and for triangles that are large against the scene: see
+//! [`Coplanar`].
 
 use super::coplanar::{Coplanar, Member, Plane};
 use super::overlap::overlapping;

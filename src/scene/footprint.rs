@@ -16,9 +16,9 @@ impl Footprint {
     /// That of a point: nothing is filtered.
     pub const POINT: Self = Self { d_dx: Vec2::ZERO, d_dy: Vec2::ZERO };
 
-    /// The footprint on a triangle of a square of `width` pixels about the image point `pixel`, by the rays through the point and
-    /// through the points `width` to its right and below it, as the colour pass has it. Not finite where one of the rays
-    /// runs along the plane.
+    /// The footprint on a triangle of a square of `width` pixels about the image point `pixel`, by the rays through the
+    /// point and through the points `width` to its right and below it, as the colour pass has it. Not finite where one
+    /// of the rays runs along the plane.
     #[must_use]
     pub fn of_pixel(corners: [Vec3; 3], view: &View, pixel: Vec2, width: f32) -> Self {
         if width == 0.0 {

@@ -19,7 +19,7 @@ pub struct Light {
 /// The kinds of light. Units are radiometric, linear Rec.709 RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightKind {
-    /// A point light: E = I cosθ / d².
+    /// A point light: irradiance E = I cosθ / d².
     Point {
         /// Position, scene units.
         position: Vec3,

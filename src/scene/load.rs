@@ -237,7 +237,7 @@ struct Slots {
     no_material: u32,
 }
 
-/// Where the stock has the materials of an OBJ, by their numbers.
+/// Where the material library has the materials of an OBJ, by their numbers.
 fn find_materials(file: &ObjFile, library: &mut MaterialLibrary, report: &mut Report) -> Vec<Option<usize>> {
     let library = library.open_libraries(&file.path, &file.text.libraries, report);
     file.text.materials.iter().map(|named| library.find(&named.name)).collect()

@@ -236,7 +236,7 @@ impl Scene {
         self.emitted_over(face, u, v, &Footprint::POINT)
     }
 
-    /// Emitted radiance L_e, its texture filtered over a footprint about a point.
+    /// Emitted radiance L_e, W·sr⁻¹·m⁻², its texture filtered over a footprint about a point.
     #[must_use]
     pub fn emitted_over(&self, face: FaceId, u: f32, v: f32, footprint: &Footprint) -> Vec3 {
         if !self.face_emits(face) {

@@ -9,8 +9,8 @@ pub struct Sample {
     pub direction: Vec3,
     /// Radiance, W·sr⁻¹·m⁻².
     pub radiance: Vec3,
-    /// Solid angle that the sample stands for, sr: the *mean* of radiance · max(0, n·direction) · weight over the samples
-    /// of a gather estimates the irradiance on a surface of normal n, for each n gathered for.
+    /// Solid angle that the sample stands for, sr: the *mean* of radiance · max(0, n·direction) · weight over the
+    /// samples of a gather estimates the irradiance on a surface of normal n, for each n gathered for.
     pub weight: f32,
 }
 

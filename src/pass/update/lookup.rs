@@ -11,7 +11,7 @@ pub(super) const SHAPE: Shape =
 /// Which drawn triangles changed stands in their trees: one draw serves all batches of a frame.
 fn draw(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
     let Context { mesh, visible, .. } = context;
-    let changed = batch.values.iter().chain(&batch.new).copied().filter(|&l| visible.shows(mesh, l));
+    let changed = batch.values.iter().chain(&batch.new).copied().filter(|&id| visible.shows(mesh, id));
     let (first, count) = plan.extend(changed);
     match plan.steps.last_mut() {
         Some(Step::Lookup { drawn_triangles }) => drawn_triangles.1 += count,

@@ -1,4 +1,5 @@
-//! Update modes: how changed patches get into the luminance images (method.md 7). A file a mode, all of one shape.
+//! Update modes: how changed patches get into the luminance images (docs/method/updates.md). A file a mode, all of one
+//! shape.
 //!
 //! docs/update-modes.md compares them.
 
