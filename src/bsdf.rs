@@ -4,12 +4,12 @@
 //!
 //! | | Function | Callers |
 //! |---|---|---|
-//! | evaluate | [`lobe`], sr⁻¹, without k_s | `light::appearance`, `light::area_specular`, `cache::luminance`, `reference::surface` |
+//! | evaluate | [`lobe`], sr⁻¹, without k_s | `light`, `cache::luminance`, `reference::surface` |
 //! | sample | [`sample_lobe`], [`sample_diffuse`] | `reference::surface` |
 //! | density | [`lobe_density`], sr⁻¹ | `reference::surface`, to weigh samples of lights against it |
-//! | albedo | [`crate::scene::material::Material::highlight_albedo`] | `estimate::surface` and `reference::surface`, beyond the first hit |
-//! | closed form | [`crate::math::phong_polygon::Lobe`], over a polygon | `light::area_specular`, `light::emission` |
-//! | spread light | [`crate::estimate::light_vector::LightVector::specular`], approximately | `cache::indirect`, `refine` |
+//! | albedo | `scene::material::Material::highlight_albedo` | `estimate::surface`, `reference::surface` |
+//! | closed form | `math::phong_polygon::Lobe`, over a polygon | `light::area_specular`, `light::emission` |
+//! | spread light | `estimate::light_vector::LightVector::specular`, approximately | `cache::indirect` |
 //!
 //! k_d and k_s come from the scene ([`crate::scene::Scene::kd_at`], [`crate::scene::material::Material`]), which the
 //! loader keeps at k_d + k_s ≤ 1. The two last rows know the lobe's shape as well: another lobe needs its own of each.

@@ -1,18 +1,17 @@
 //! How far off a surface rays start, and how far short of a light they end: the only place that says so.
 //!
-//! A point that was computed on a surface lies some rounding errors before or behind it. A ray that starts there may
-//! meet the surface itself, and the back of a lamp would lie in front of its own plane half of the time. So rays start
-//! a step along the normal away from the surface. Rounding grows with the numbers that a point is computed from, so a
-//! step is a share of a
-//! *scale*, scene units: of the largest coordinate of the point, of the length of the ray that found it, or of the scene. The
-//! shares differ by what is known of the surface around the point:
+//! A point that was computed on a surface lies some rounding errors before or behind it. A ray that starts there may meet
+//! the surface itself, and the back of a lamp would lie in front of its own plane half of the time. So rays start a step
+//! along the normal away from the surface. Rounding grows with the numbers that a point is computed from, so a step is a
+//! share of a scale, in scene units: of the largest coordinate of the point, of the length of the ray that found it, or of
+//! the scene. The shares differ by what is known of the surface around the point:
 //!
 //! | Share | Of | Who |
 //! |---|---|---|
-//! | [`HIT`] | largest coordinate, ray length ([`scale_of_hit`]) | points that rays hit: path tracer, gather rays, `bench` |
+//! | [`HIT`] | largest coordinate, ray length ([`scale_of_hit`]) | points that rays hit |
 //! | [`INSIDE`] | largest coordinate, a tenth of the scene | vertices inside a triangle |
-//! | [`VERTEX`] | the size of the facets around, between two shares of the scene | vertices at corners and on edges |
-//! | [`INWARD`] | likewise | the same, along the surface towards the inside of their facets |
+//! | [`VERTEX`] | largest coordinate, the scene | vertices at corners and on edges |
+//! | [`INWARD`] | largest coordinate, the scene | the same, along the surface towards the inside of their facets |
 //! | [`CONTACT`] | the scene | the test for geometry that lies on a vertex |
 //! | [`SHORT_OF_LIGHT`] | distance of the light | the end of shadow rays |
 
