@@ -157,9 +157,9 @@ fn circles(files: &[(String, String)]) -> Vec<Vec<String>> {
     let uses: Vec<Vec<usize>> = modules.iter().map(|module| module.uses(&modules)).collect();
     let reached: Vec<Vec<bool>> = (0..files.len()).map(|from| reached(&uses, from)).collect();
     let mut found: Vec<Vec<String>> = Vec::new();
-    for from in 0..files.len() {
-        let circle: Vec<String> =
-            (0..files.len()).filter(|&to| reached[from][to] && reached[to][from]).map(|k| files[k].0.clone()).collect();
+    for (from, leads_to) in reached.iter().enumerate() {
+        let circle = (0..files.len()).filter(|&to| leads_to[to] && reached[to][from]).map(|file| files[file].0.clone());
+        let circle: Vec<String> = circle.collect();
         if circle.len() > 1 && !found.contains(&circle) {
             found.push(circle);
         }

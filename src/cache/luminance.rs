@@ -204,7 +204,7 @@ impl LitSlot<'_> {
         }
         let appearance = source.appearance(x, normal);
         if let Appearance::Direction(arrival) = appearance {
-            return arrival.map_or(Part::default(), |arrival| self.from_direction(&arrival, fraction));
+            return arrival.map_or(Part::default(), |arrival| self.of_direction(&arrival, fraction));
         }
         let (irradiance, unoccluded) = self.irradiance(&appearance, samples);
         let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO };
@@ -218,7 +218,7 @@ impl LitSlot<'_> {
     }
 
     /// Light of a single direction, of which a fraction is visible.
-    fn from_direction(&self, arrival: &Arrival, fraction: f32) -> Part {
+    fn of_direction(&self, arrival: &Arrival, fraction: f32) -> Part {
         let Receiver { normal, to_eye, shininess, .. } = self.receiver;
         let unoccluded = arrival.irradiance(normal);
         let irradiance = unoccluded * fraction;

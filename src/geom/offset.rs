@@ -23,10 +23,10 @@ pub const HIT: f32 = 4e-6;
 /// Of a vertex inside a triangle, where there is no corner to step clear of: as of a hit.
 pub const INSIDE: f32 = 4e-6;
 /// Least and largest of a vertex at a corner or on an edge: large enough for f32, small enough for thin parts. Between
-/// them the size of the facets decides: larger ones bend further away from the vertex's plane.
+/// them it is a hundredth of the size of the facets around.
 pub const VERTEX: [f32; 2] = [4e-6, 4e-5];
-/// Least and largest along the surface, where a vertex on the edge of a wall would touch the wall beside it: larger
-/// than off the surface, since corners of meshes are as coarse as the modeller left them.
+/// Least and largest along the surface, towards the inside of the facets around, so that a vertex on the edge of a wall
+/// sees what its surface sees and not the wall that it touches. Between them it is a fiftieth of their size.
 pub const INWARD: [f32; 2] = [1e-5, 1e-3];
 /// Length of the contact test's ray: what lies nearer than this on a vertex covers it; five of the largest steps off.
 pub const CONTACT: f32 = 2e-4;

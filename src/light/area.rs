@@ -190,7 +190,7 @@ impl AreaSource {
         luminance(self.distant_irradiance(x, normal)).max(bound * 1e-6)
     }
 
-    /// Unoccluded irradiance, W·m⁻², as roughly as [`Self::strength`].
+    /// Unoccluded irradiance, W·m⁻², as roughly as `strength` is.
     #[must_use]
     pub fn rough_irradiance(&self, x: Vec3, normal: Vec3) -> Vec3 {
         let luminance = luminance(self.radiance);

@@ -1,5 +1,5 @@
 //! Unoccluded light of polygons of even radiance at a point in closed form: Lambert's sum over edges, clipped to the
-//! horizon of any normal [Lambert].
+//! horizon of any normal \[Lambert\].
 
 use crate::math::luminance;
 use crate::math::polygon::{edge_term, edges};

@@ -11,11 +11,11 @@
 pub mod appearance;
 pub mod area;
 mod area_distant;
-mod area_sampler;
+pub mod area_sampler;
 mod area_specular;
 pub mod arrival;
 mod bounds;
-mod closed_form;
+pub mod closed_form;
 mod clustering;
 pub mod context;
 mod delta;
