@@ -9,7 +9,7 @@
 
 void main() {
     Found found = find();
-    if (found.drawn == NONE) {
+    if (found.drawn_id == NONE) {
         discard;
     } else {
         write_found(found);

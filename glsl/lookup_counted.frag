@@ -10,10 +10,10 @@
 
 void main() {
     Found found = find();
-    if (found.drawn == NONE) {
+    if (found.drawn_id == NONE) {
         discard;
     } else {
-        count_pixel(found.drawn);
+        count_pixel(found.drawn_id);
         write_found(found);
     }
 }

@@ -1,5 +1,5 @@
 #version 460
-// Luminance: drawn triangles of the dynamic mesh.
+// Luminance: corners of the drawn triangles of this draw.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "position.glsl"

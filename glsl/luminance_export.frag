@@ -10,5 +10,5 @@ layout(location = 5) flat in uint reference;
 
 void main() {
     gl_FragStencilRefARB = int(reference);
-    write_luminance(weighted_diffuse, weighted_specular, weight, drawn);
+    write_luminance(weighted_diffuse, weighted_specular, weight, drawn_id);
 }

@@ -10,5 +10,5 @@ void main() {
     if (texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x != face + 1u) {
         discard;
     }
-    write_luminance(weighted_diffuse, weighted_specular, weight, drawn);
+    write_luminance(weighted_diffuse, weighted_specular, weight, drawn_id);
 }

@@ -11,6 +11,6 @@ void main() {
     if (texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x != face + 1u) {
         discard;
     }
-    count_pixel(drawn);
-    write_luminance(weighted_diffuse, weighted_specular, weight, drawn);
+    count_pixel(drawn_id);
+    write_luminance(weighted_diffuse, weighted_specular, weight, drawn_id);
 }

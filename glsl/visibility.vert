@@ -7,7 +7,7 @@
 layout(location = 0) flat out uint triangle;
 
 void main() {
-    uint drawn = uint(gl_VertexIndex) / 3u;
-    triangle = frame.visibility_triangles.at[drawn].id;
-    set_position(frame.positions.at[frame.visibility_triangles.at[drawn].corners[uint(gl_VertexIndex) % 3u]]);
+    uint index = uint(gl_VertexIndex) / 3u;
+    triangle = frame.visibility_triangles.at[index].id;
+    set_position(frame.positions.at[frame.visibility_triangles.at[index].corners[uint(gl_VertexIndex) % 3u]]);
 }

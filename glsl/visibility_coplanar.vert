@@ -11,15 +11,15 @@ layout(location = 2) out vec2 place; // where the mask is looked up, if there is
 layout(location = 3) flat out uint map_d;
 
 void main() {
-    uint drawn = uint(gl_VertexIndex) / 3u;
+    uint index = uint(gl_VertexIndex) / 3u;
     uint corner = uint(gl_VertexIndex) % 3u;
-    face = frame.coplanar.at[drawn].face;
-    vec3 normal = frame.coplanar.at[drawn].normal;
-    plane = vec4(normal, frame.coplanar.at[drawn].offset - dot(normal, frame.eye));
+    face = frame.coplanar.at[index].face;
+    vec3 normal = frame.coplanar.at[index].normal;
+    plane = vec4(normal, frame.coplanar.at[index].offset - dot(normal, frame.eye));
     Triangle t = frame.triangles.at[face >> 1];
     map_d = frame.materials.at[t.material].map_d;
     place = map_d == NONE ? vec2(0.0) : placed(map_d, t.uv[corner]);
     // The eye sees one side of a triangle; the other shrinks to a point.
-    bool seen = frame.coplanar.at[drawn].towards * plane.w < 0.0;
+    bool seen = frame.coplanar.at[index].towards * plane.w < 0.0;
     set_position(frame.positions.at[t.corners[seen ? corner : 0u]]);
 }

@@ -1,6 +1,21 @@
-//! The normalised Phong lobe [FP03 §4.3].
+//! Reflection: a diffuse part and the normalised Phong lobe, f_r = k_d/π + k_s · lobe [FP03 §4.3].
+//!
+//! The interface of a lobe, and who calls what:
+//!
+//! | | Function | Callers |
+//! |---|---|---|
+//! | evaluate | [`lobe`], sr⁻¹, without k_s | `light`, `cache::luminance`, `reference::surface` |
+//! | sample | [`sample_lobe`], [`sample_diffuse`] | `reference::surface` |
+//! | density | [`lobe_density`], sr⁻¹ | `reference::surface`, to weigh samples of lights against it |
+//! | albedo | `scene::material::Material::highlight_albedo` | `estimate::surface`, `reference::surface` |
+//! | closed form | `math::phong_polygon::Lobe`, over a polygon | `light::area_specular`, `light::emission` |
+//! | spread light | `estimate::light_vector::LightVector::specular`, approximately | `cache::indirect` |
+//!
+//! k_d and k_s come from the scene ([`crate::scene::Scene::kd_at`], [`crate::scene::material::Material`]), which the
+//! loader keeps at k_d + k_s ≤ 1. The two last rows know the lobe's shape as well: another lobe needs its own of each.
 
 use glam::Vec3;
+use std::f32::consts::TAU;
 
 /// Value of the specular lobe without k_s, (s+2)/(2π) max(0, r·ω_r)^s, sr⁻¹.
 ///
@@ -13,12 +28,62 @@ pub fn lobe(shininess: f32, normal: Vec3, to_light: Vec3, to_eye: Vec3) -> f32 {
     if cosine == 0.0 && shininess > 0.0 {
         return 0.0;
     }
-    (shininess + 2.0) / std::f32::consts::TAU * cosine.powf(shininess)
+    (shininess + 2.0) / TAU * cosine.powf(shininess)
+}
+
+/// Density with which [`sample_lobe`] takes a direction in which the lobe has a `value`, both sr⁻¹: (s+1)/(2π) max(0,
+/// r·ω)^s.
+#[must_use]
+#[inline]
+pub fn lobe_density(shininess: f32, value: f32) -> f32 {
+    value * ((shininess + 1.0) / (shininess + 2.0))
+}
+
+/// A unit direction chosen by `u` ∈ [0, 1)² in proportion to the lobe about the mirrored direction to the eye; it may
+/// point below the surface.
+#[must_use]
+pub fn sample_lobe(shininess: f32, normal: Vec3, to_eye: Vec3, [u, v]: [f32; 2]) -> Vec3 {
+    let mirrored = 2.0 * normal.dot(to_eye) * normal - to_eye;
+    around(mirrored, u.powf((shininess + 1.0).recip()), v)
+}
+
+/// A unit direction chosen by `u` ∈ [0, 1)² in proportion to the cosine at a unit `normal`: of density cosθ/π, sr⁻¹.
+#[must_use]
+pub fn sample_diffuse(normal: Vec3, [u, v]: [f32; 2]) -> Vec3 {
+    around(normal, u.sqrt(), v)
+}
+
+/// The unit direction at angle acos(`cosine`) from a unit `axis`, turned about it by `turn` ∈ [0, 1).
+fn around(axis: Vec3, cosine: f32, turn: f32) -> Vec3 {
+    let (x, y) = axis.any_orthonormal_pair();
+    let (sin, cos) = (turn * TAU).sin_cos();
+    let radius = (1.0 - cosine * cosine).max(0.0).sqrt();
+    x * (radius * cos) + y * (radius * sin) + axis * cosine
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The mean of lobe / density over drawn directions is ∫ lobe dω = (s+2)/(s+1), each of them alike.
+    #[test]
+    fn directions_are_drawn_in_proportion_to_the_lobe() {
+        let (normal, to_eye) = (Vec3::Z, Vec3::new(0.6, 0.0, 0.8));
+        for shininess in [1.0_f32, 20.0, 700.0] {
+            for u in [[0.1, 0.2], [0.5, 0.9], [0.9, 0.4]] {
+                let direction = sample_lobe(shininess, normal, to_eye, u);
+                let value = lobe(shininess, normal, direction, to_eye);
+                let ratio = value / lobe_density(shininess, value);
+                assert!(
+                    value > 0.0 && (ratio - (shininess + 2.0) / (shininess + 1.0)).abs() < 1e-5,
+                    "{shininess}: {ratio}"
+                );
+                // The share of directions nearer to the axis than this one is 1 − c^(s+1).
+                let cosine = direction.dot(Vec3::new(-0.6, 0.0, 0.8));
+                assert!((cosine.powf(shininess + 1.0) - u[0]).abs() < 1e-3, "{shininess} {u:?}: {cosine}");
+            }
+        }
+    }
 
     /// ∫ lobe · max(0, r·ω) dω over the sphere around the mirror direction is 1 whatever the exponent.
     #[test]

@@ -9,7 +9,7 @@
 //! - [`estimate`]: light arriving at a point from one source
 //! - [`cache`]: vertices, their samples a light, the dynamic mesh
 //! - [`refine`]: the engine thread that owns the cache
-//! - [`mod@reference`]: the brute-force yardstick, no cache
+//! - [`mod@reference`]: the brute-force path tracer, no cache
 //! - [`mod@bench`]: measurements of the rest
 //! - [`vk`]: Vulkan objects with owners; [`pass`]: the frame
 //! - [`image`]: film, EXR, PNG, tone mapping, metrics; [`log`]: frame log

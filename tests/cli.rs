@@ -321,7 +321,7 @@ fn the_kd_layer_is_what_reference_filters() {
         let triangle = FaceId(id - 1).triangle();
         let point = Vec2::new((i % 96) as f32 + 0.5, (i / 96) as f32 + 0.5);
         let [u, v] = plane_hit(scene.corners(triangle), view.eye, view.direction(point));
-        let footprint = Footprint::of_pixel(&scene, &view, triangle, point, 1.0);
+        let footprint = Footprint::of_pixel(scene.corners(triangle), &view, point, 1.0);
         let expected = scene.kd_over(triangle, u, v, &footprint);
         let error = (Vec3::new(r[i], g[i], b[i]) - expected).abs();
         seen += 1;

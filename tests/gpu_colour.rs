@@ -95,7 +95,7 @@ fn tilted_planes_are_filtered_as_on_the_cpu() {
                 let face = FaceId(id - 1);
                 let point = centre(i, 160);
                 let (u, v) = barycentrics(&scene, &view, face.triangle(), point);
-                let footprint = Footprint::of_pixel(&scene, &view, face.triangle(), point, width);
+                let footprint = Footprint::of_pixel(scene.corners(face.triangle()), &view, point, width);
                 let kd = scene.kd_over(face.triangle(), u, v, &footprint);
                 let emitted = scene.emitted_over(face, u, v, &footprint);
                 let is_off = |value: [f32; 3], expected: Vec3| {

@@ -110,10 +110,10 @@ fn bounds_and_power_count_the_brightest_texels() {
     }
 }
 
-fn exact(source: &penombre::light::lights::Source, x: Vec3) -> f32 {
+fn exact(source: &penombre::light::source::Source, x: Vec3) -> f32 {
     match source {
-        penombre::light::lights::Source::Area(area) => area.closed_form(x).unwrap().irradiance(Vec3::Y).x,
-        penombre::light::lights::Source::Delta(kind) => panic!("{kind:?}"),
+        penombre::light::source::Source::Area(area) => area.closed_form(x).unwrap().irradiance(Vec3::Y).x,
+        penombre::light::source::Source::Delta(kind) => panic!("{kind:?}"),
     }
 }
 

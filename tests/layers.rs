@@ -37,6 +37,9 @@ const CRATES: &[(&str, &[&str])] =
 /// Extensions of shaders and of what they include.
 const SHADERS: &[&str] = &["vert", "frag", "comp", "glsl"];
 
+/// The rooms whose files may still import each other in a circle.
+const CIRCLES_ALLOWED: &[&str] = &["cache", "refine", "cli"];
+
 /// The longest a file of code or shaders may be.
 const MAX_LINES: usize = 500;
 
@@ -54,6 +57,24 @@ fn crates_stay_in_their_rooms() {
     let faults: Vec<String> = sources("src", "rs")
         .iter()
         .flat_map(|file| crate_faults(&slashes(file), &fs::read_to_string(file).unwrap()))
+        .collect();
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn no_circle_of_files_inside_a_room() {
+    let read = |file: &PathBuf| (slashes(file), fs::read_to_string(file).unwrap());
+    let files: Vec<(String, String)> = sources("src", "rs").iter().map(read).collect();
+    let mut rooms: Vec<&str> = files.iter().map(|(file, _)| room_of(file)).collect();
+    rooms.dedup();
+    let faults: Vec<String> = rooms
+        .iter()
+        .filter(|room| !CIRCLES_ALLOWED.contains(room))
+        .flat_map(|room| {
+            let inside: Vec<_> = files.iter().filter(|(file, _)| room_of(file) == *room).cloned().collect();
+            circles(&inside)
+        })
+        .map(|circle| format!("these import each other in a circle: {}", circle.join(", ")))
         .collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
@@ -109,6 +130,119 @@ fn the_rules_can_be_broken() {
     assert_eq!(faults("src/geom/bvh.rs", "let tree = obvhs::cwbvh::build();"), 0);
     assert_eq!(faults("src/attic/mod.rs", "use crate::math;"), 1);
     assert_eq!(faults("src/cli/render.rs", "use crate::{pass, refine};"), 0);
+}
+
+#[test]
+fn circles_are_found() {
+    let files = |texts: &[(&str, &str)]| {
+        texts.iter().map(|&(file, text)| (format!("src/attic/{file}.rs"), text.to_owned())).collect::<Vec<_>>()
+    };
+    let circle = [("a", "use super::b::{B, c};"), ("b", "fn f() { crate::attic::c::g(); }"), ("c", "use super::a::A;")];
+    assert_eq!(circles(&files(&circle)), [["src/attic/a.rs", "src/attic/b.rs", "src/attic/c.rs"]]);
+    // Deeper folders, and what a folder's own file defines.
+    let deep = [("mod", "mod d;\nuse d::e::E;\nstruct A;"), ("d/mod", "pub mod e;"), ("d/e", "use super::super::A;")];
+    assert_eq!(circles(&files(&deep)), [["src/attic/mod.rs", "src/attic/d/e.rs"]]);
+    // A list of names that a folder passes on is no file of its own: who asks it for a name asks the file that has it.
+    let passed_on =
+        [("mod", "mod a;\nmod b;\npub use a::{A, C};\npub use b::B;"), ("a", "struct A;"), ("b", "use super::A;")];
+    assert!(circles(&files(&passed_on)).is_empty());
+    let tests_only =
+        [("a", "use super::b::B;"), ("b", "// use super::a::A;\n#[cfg(test)]\nmod tests { use crate::attic::a; }")];
+    assert!(circles(&files(&tests_only)).is_empty());
+}
+
+/// Groups of files, each with its text, that import each other in a circle, in the order of `files`.
+fn circles(files: &[(String, String)]) -> Vec<Vec<String>> {
+    let modules: Vec<Module> = files.iter().map(|(file, text)| Module::new(file, text)).collect();
+    let uses: Vec<Vec<usize>> = modules.iter().map(|module| module.uses(&modules)).collect();
+    let reached: Vec<Vec<bool>> = (0..files.len()).map(|from| reached(&uses, from)).collect();
+    let mut found: Vec<Vec<String>> = Vec::new();
+    for (from, leads_to) in reached.iter().enumerate() {
+        let circle = (0..files.len()).filter(|&to| leads_to[to] && reached[to][from]).map(|file| files[file].0.clone());
+        let circle: Vec<String> = circle.collect();
+        if circle.len() > 1 && !found.contains(&circle) {
+            found.push(circle);
+        }
+    }
+    found
+}
+
+/// Which files a file leads to.
+fn reached(uses: &[Vec<usize>], from: usize) -> Vec<bool> {
+    let (mut reached, mut open) = (vec![false; uses.len()], vec![from]);
+    while let Some(next) = open.pop() {
+        for &used in &uses[next] {
+            if !std::mem::replace(&mut reached[used], true) {
+                open.push(used);
+            }
+        }
+    }
+    reached
+}
+
+/// A file as a module.
+struct Module {
+    /// Names from the crate down: `attic`, `d`, `e`.
+    path: Vec<String>,
+    /// The paths that it names, from the crate down, but for those that it only passes on.
+    named: Vec<Vec<String>>,
+    /// What it passes on with `pub use`: the name, and the path that it stands for.
+    passed_on: Vec<(String, Vec<String>)>,
+}
+
+impl Module {
+    fn new(file: &str, text: &str) -> Self {
+        let file = file.trim_start_matches("src/").trim_end_matches(".rs").trim_end_matches("/mod");
+        let path: Vec<String> = file.split('/').map(str::to_owned).collect();
+        let code = without_comments(text);
+        let code = code.split("#[cfg(test)]").next().unwrap_or_default();
+        let children: Vec<&str> =
+            code.split("mod ").skip(1).filter_map(|rest| rest.split_once(';')).map(|c| c.0).collect();
+        let mut module = Self { path, named: Vec::new(), passed_on: Vec::new() };
+        for start in ["crate", "super", "self"].into_iter().chain(children) {
+            let path = format!("{start}::");
+            for (at, _) in code.match_indices(&path).filter(|&(at, _)| starts_a_path(code, at)) {
+                for branch in branches(&code[at..], usize::MAX) {
+                    module.add(&branch, code[..at].ends_with("pub use "));
+                }
+            }
+        }
+        module
+    }
+
+    fn add(&mut self, branch: &str, passes_on: bool) {
+        let mut names = branch.split("::").map(str::to_owned).peekable();
+        let mut path = if names.peek().is_some_and(|first| first == "crate") { Vec::new() } else { self.path.clone() };
+        while let Some(step) = names.next_if(|name| ["crate", "self", "super"].contains(&name.as_str())) {
+            if step == "super" {
+                path.pop();
+            }
+        }
+        path.extend(names);
+        match path.last().cloned().filter(|_| passes_on) {
+            Some(name) => self.passed_on.push((name, path)),
+            None => self.named.push(path),
+        }
+    }
+
+    /// Indices of the other files that it names something of.
+    fn uses(&self, all: &[Self]) -> Vec<usize> {
+        let found = self.named.iter().filter_map(|path| home(all, path));
+        found.filter(|&at| all[at].path != self.path).collect()
+    }
+}
+
+/// The file that has what a path names.
+fn home(all: &[Module], path: &[String]) -> Option<usize> {
+    let longest = (0..all.len()).filter(|&k| path.starts_with(&all[k].path)).max_by_key(|&k| all[k].path.len())?;
+    let rest = &path[all[longest].path.len()..];
+    let passed_on = all[longest].passed_on.iter().find(|(name, _)| rest.first() == Some(name));
+    passed_on.map_or(Some(longest), |(_, path)| home(all, path))
+}
+
+/// Whether a path begins at a place of some code rather than goes on there.
+fn starts_a_path(code: &str, at: usize) -> bool {
+    code[..at].chars().next_back().is_none_or(|c| !c.is_alphanumeric() && c != '_' && c != ':')
 }
 
 /// The uses of other rooms in one file that its own room may not make.

@@ -9,9 +9,11 @@ use by_hand::{Mirror, drawn, engine_with, front, light, material, options, patch
 use glam::{DVec3, Vec3};
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
+use penombre::light::arrival::Arrival;
 use penombre::light::group::LightGroup;
-use penombre::light::lights::{Arrival, Lights, Source, delta_arrival};
+use penombre::light::lights::Lights;
 use penombre::light::selection::LightChoice;
+use penombre::light::source::Source;
 use penombre::math::sequence::Sequence;
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
@@ -226,13 +228,12 @@ impl Place<'_> {
 
     /// What a source adds.
     fn arriving(&self, source: &Source) -> [f32; 2] {
-        match source {
-            Source::Delta(kind) => self.values(delta_arrival(kind, self.x)),
-            Source::Area(area) => mean((0..1024).map(|i| {
-                let [u, v, ..] = Sequence::new(99).point(i);
-                self.values(area.at(self.x).sample(self.scene, [u, v]))
-            })),
-        }
+        let sampler = source.sampler(self.x);
+        let count = if source.is_delta() { 1 } else { 1024 };
+        mean((0..count).map(|i| {
+            let [u, v, ..] = Sequence::new(99).point(i);
+            self.values(sampler.sample(self.scene, || [u, v]))
+        }))
     }
 
     /// Checks the mean over many rounds of a few points: neither one turn nor two.

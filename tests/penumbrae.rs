@@ -5,7 +5,9 @@ mod by_hand;
 
 use by_hand::{Mirror, drawn, engine_with, front, interpolated, light, material, options, patch};
 use glam::{Vec2, Vec3};
-use penombre::light::lights::{AreaSource, Lights, Source};
+use penombre::light::area::AreaSource;
+use penombre::light::lights::Lights;
+use penombre::light::source::Source;
 use penombre::math::sequence::Sequence;
 use penombre::refine::engine::{Budget, Visible};
 use penombre::refine::options::Options;

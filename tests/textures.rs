@@ -33,7 +33,7 @@ fn seen(scene: &Scene, layers: &Layers, width: f32) -> Vec<(usize, TriangleId, [
         let (eye, direction, n) = (view.eye.as_dvec3(), view.direction(pixel).as_dvec3(), (b - a).cross(c - a));
         let p = eye + direction * ((a - eye).dot(n) / direction.dot(n));
         let weights = [(p - a).cross(c - a), (b - a).cross(p - a)].map(|w| (w.dot(n) / n.length_squared()) as f32);
-        (i, triangle, weights, Footprint::of_pixel(scene, &view, triangle, pixel, width))
+        (i, triangle, weights, Footprint::of_pixel(scene.corners(triangle), &view, pixel, width))
     };
     layers.face_id.iter().enumerate().filter(|&(_, &id)| id != 0).map(at).collect()
 }

@@ -3,6 +3,6 @@
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer DrawnPixels { uint at[]; };
 
-void count_pixel(uint drawn) {
-    atomicAdd(DrawnPixels(frame.drawn_pixels).at[drawn], 1u);
+void count_pixel(uint drawn_id) {
+    atomicAdd(DrawnPixels(frame.drawn_pixels).at[drawn_id], 1u);
 }

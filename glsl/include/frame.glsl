@@ -1,5 +1,6 @@
-// What all stages read: one uniform block, and from it the scene and the light by device address (method.md 7).
-// src/pass/shared.rs holds the host's side of these structs and is checked against them at build time.
+// What all stages read: one uniform block, and from it the scene and the light by device address
+// (docs/method/updates.md). src/pass/shared.rs holds the host's side of these structs and is checked against them at
+// build time.
 #extension GL_EXT_buffer_reference : require
 #extension GL_EXT_scalar_block_layout : require
 
@@ -49,7 +50,7 @@ struct Texture {
     uint first[MAX_LEVELS];
 };
 
-// A vertex of the luminance mesh: weight 1 valid, 0 invalid; D and S in W/sr/m2.
+// A vertex slot: weight 1 valid, 0 invalid; D and S in W/sr/m2.
 struct Slot {
     vec3 position;
     float weight;

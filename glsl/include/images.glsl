@@ -1,4 +1,5 @@
-// The images of a frame, read at the pixel itself: face id + 1 (0: nothing), and the rest of method.md 2.
+// The images of a frame, read at the pixel itself: face id + 1 (0: nothing), and k_d, k_s, L_e, D and S
+// (docs/method/what-a-pixel-shows.md).
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(set = 0, binding = 1) uniform utexture2D ids;

@@ -2,7 +2,7 @@
 
 // What a pixel found: the triangle, the weights of its corners; NONE without any.
 struct Found {
-    uint drawn;
+    uint drawn_id;
     vec3 weights;
 };
 
@@ -79,8 +79,8 @@ Found find() {
 
 // Its luminance.
 void write_found(Found found) {
-    DrawnTriangle drawn = frame.drawn_triangles.at[found.drawn];
-    uvec3 slots = drawn.flat_slot == NONE ? drawn.slots : uvec3(drawn.flat_slot);
+    DrawnTriangle triangle = frame.drawn_triangles.at[found.drawn_id];
+    uvec3 slots = triangle.flat_slot == NONE ? triangle.slots : uvec3(triangle.flat_slot);
     vec3 diffuse = vec3(0.0);
     vec3 specular = vec3(0.0);
     float weight = 0.0;
@@ -91,5 +91,5 @@ void write_found(Found found) {
         diffuse += share * slot.diffuse;
         specular += share * slot.specular;
     }
-    write_luminance(diffuse, specular, weight, found.drawn);
+    write_luminance(diffuse, specular, weight, found.drawn_id);
 }

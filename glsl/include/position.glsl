@@ -1,5 +1,5 @@
 // The one transform of all passes: `precise`, so that the same vertex gets the same depth in each of them and the
-// luminance pass can test for EQUAL. (`invariant` would make Mesa warn, lavapipe.md 5.)
+// luminance pass can test for EQUAL. (`invariant` would make Mesa warn, docs/lavapipe.md.)
 out gl_PerVertex {
     precise vec4 gl_Position;
 };

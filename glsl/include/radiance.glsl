@@ -1,4 +1,4 @@
-// L = L_e + k_d D + k_s S of a pixel (method.md 2), W/sr/m2; a is the coverage.
+// L = L_e + k_d D + k_s S of a pixel (docs/method/what-a-pixel-shows.md), W/sr/m2; a is the coverage.
 
 // D and S of a pixel, times the luminance scale.
 struct Luminance {

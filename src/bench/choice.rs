@@ -1,6 +1,6 @@
 //! What it costs to choose directions and hand out samples, rays left out.
 
-use super::{Figure, Step, cpu_seconds};
+use super::figure::{Figure, Step, cpu_seconds};
 use crate::estimate::hemisphere::{Method, gather};
 use crate::estimate::light_vector::LightVector;
 use crate::math::sequence::Sequence;

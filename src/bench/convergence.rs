@@ -1,6 +1,6 @@
 //! Error against CPU time: of the light engine (points that the caller takes) and of the path tracer.
 
-use super::Step;
+use super::figure::Step;
 use super::reference_pixels::ReferencePixels;
 use crate::light::context::SceneContext;
 use crate::reference::{Accumulator, Settings, random_pixels};

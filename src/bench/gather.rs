@@ -1,6 +1,6 @@
 //! Errors of the hemisphere methods against rays, at places that a camera sees.
 
-use super::Step;
+use super::figure::Step;
 use super::surface::{reflected, seen};
 use crate::estimate::hemisphere::{Method, gather};
 use crate::estimate::light_vector::LightVector;

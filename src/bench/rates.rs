@@ -1,7 +1,7 @@
 //! How many rays a CPU second are traced: bare rays by kind, and those of the path tracer.
 
+use super::figure::{Figure, Step, cpu_seconds};
 use super::surface::{arrival, seen};
-use super::{Figure, Step, cpu_seconds};
 use crate::geom::Ray;
 use crate::light::context::SceneContext;
 use crate::math::{combine, hemisphere::Density, sequence::Sequence};

@@ -1,8 +1,8 @@
 //! Points on surfaces: those that a camera sees, and the light that one of them reflects.
 
-use crate::geom::{Hit, Ray};
+use crate::geom::{Hit, Ray, offset};
+use crate::light::arrival::Arrival;
 use crate::light::context::{SceneContext, ShadingPoint};
-use crate::light::lights::{Arrival, Source, delta_arrival};
 use crate::math::{combine, sequence::Sequence};
 use crate::scene::Scene;
 use crate::scene::camera::View;
@@ -28,12 +28,12 @@ pub fn site_of(scene: &Scene, hit: &Hit, key: u64) -> ShadingPoint {
     let [a, b, c] = scene.corners(hit.triangle);
     let position = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
     let normal = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
-    let scale = position.abs().max_element().max(hit.t);
-    ShadingPoint { key, position, origin: position + normal * (scale * 4e-6), normal }
+    let origin = offset::origin(position, normal, offset::scale_of_hit(position, hit.t), offset::HIT);
+    ShadingPoint { key, position, origin, normal }
 }
 
-/// Radiance that the surface of a hit reflects diffusely of the light from one light, drawn in proportion to its strength;
-/// one shadow ray. Its mean over `u` ∈ [0, 1)³ is that of all direct light.
+/// Radiance, W·sr⁻¹·m⁻², that the surface of a hit reflects diffusely of the light from one light, drawn in proportion
+/// to its strength; one shadow ray. Its mean over `u` ∈ [0, 1)³ is that of all direct light.
 pub fn reflected(context: &SceneContext<'_>, hit: &Hit, u: [f32; 3]) -> Vec3 {
     let shading_point = site_of(context.scene, hit, 0);
     let Some((arrival, share)) = arrival(context, &shading_point, u) else { return Vec3::ZERO };
@@ -67,9 +67,6 @@ pub fn arrival(
         }
     }
     let (source, strength) = chosen?;
-    let arrival = match source {
-        Source::Delta(kind) => delta_arrival(kind, shading_point.position),
-        Source::Area(area) => area.sample(context.scene, shading_point.position, [u, v]),
-    };
+    let arrival = source.sample_by_area(context.scene, shading_point.position, [u, v]);
     arrival.map(|arrival| (arrival, (strength / total) as f32))
 }

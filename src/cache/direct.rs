@@ -10,9 +10,9 @@ use super::vertex::Left;
 use super::visibility_prior;
 use crate::estimate::penumbra::Round;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
+use crate::light::arrival::Arrival;
 use crate::light::context::SceneContext;
 use crate::light::group::LightGroup;
-use crate::light::lights::Arrival;
 use crate::math::luminance;
 use smallvec::SmallVec;
 

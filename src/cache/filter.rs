@@ -6,7 +6,7 @@ use super::ids::{NodeId, SlotId};
 use super::slot::{Eye, SlotLight};
 use super::store::Cache;
 use crate::estimate::light_vector::LightVector;
-use crate::estimate::stratification::usual_gain;
+use crate::estimate::light_vector::usual_gain;
 use crate::math::luminance;
 use glam::Vec3;
 use smallvec::SmallVec;

@@ -5,7 +5,7 @@ use super::pool::Table;
 use super::slot::{Between, Eye, SlotLight, Specular};
 use super::store::Cache;
 use crate::estimate::light_vector::LightVector;
-use crate::light::lights::Lighting;
+use crate::light::lighting::Lighting;
 use crate::math::luminance;
 use glam::Vec3;
 use std::cmp::Reverse;

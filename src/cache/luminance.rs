@@ -6,12 +6,13 @@ use super::store::Cache;
 use super::vertex::{Left, Vertex};
 use crate::bsdf::lobe;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
+use crate::light::appearance::Appearance;
+use crate::light::arrival::Arrival;
 use crate::light::context::SceneContext;
 use crate::light::group::LightGroup;
-use crate::light::lights::{AreaSource, ClosedForm, Receiver, Source, delta_arrival};
+use crate::light::receiver::Receiver;
+use crate::light::source::Source;
 use crate::math::luminance;
-use crate::math::sequence::Sequence;
-use crate::scene::light::LightKind;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -77,9 +78,7 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
             let samples = Samples { light, visibility, sum: layer.sums.get(slot) };
             let part = match emitter {
-                LightGroup::Single(Source::Delta(kind)) => place.delta(kind, visibility.fraction()),
-                LightGroup::Single(Source::Area(area)) if visibility.is_unlikely() => place.rough(area, visibility),
-                LightGroup::Single(Source::Area(area)) => place.area(area, samples),
+                LightGroup::Single(source) => place.single(source, samples),
                 LightGroup::Shared(_) => place.group(emitter, samples),
             };
             sum.add(part.times(factor), spread);
@@ -210,38 +209,24 @@ struct LitSlot<'a> {
     shines: bool,
 }
 
-/// An unoccluded area light at a place.
-#[allow(clippy::large_enum_variant, reason = "one at a time on the stack, in the inner loop")]
-enum Appearance<'a> {
-    /// So far that it is points; their irradiance.
-    Distant(Vec3),
-    Form(ClosedForm<'a>),
-    /// Of too many triangles.
-    Sampled,
-}
-
 impl LitSlot<'_> {
-    fn delta(&self, kind: &LightKind, fraction: f32) -> Part {
-        let Some(arrival) = delta_arrival(kind, self.receiver.x) else { return Part::default() };
-        let Receiver { normal, to_eye, shininess, .. } = self.receiver;
-        let unoccluded = arrival.facing * normal.dot(arrival.direction).max(0.0);
-        let irradiance = unoccluded * fraction;
-        let lobe = if self.shines { lobe(shininess, normal, arrival.direction, to_eye) } else { 0.0 };
-        Part { irradiance, unoccluded, specular: irradiance * lobe }
-    }
-
-    /// An area light that is taken to be hidden for the most part: what little of it counts need not be exact.
-    fn rough(&self, source: &AreaSource, visibility: Visibility) -> Part {
-        let unoccluded = source.rough_irradiance(self.receiver.x, self.receiver.normal);
-        Part { irradiance: unoccluded * visibility.fraction(), unoccluded, specular: Vec3::ZERO }
-    }
-
-    fn area(&self, source: &AreaSource, samples: Samples) -> Part {
-        let appearance = self.appearance(source);
-        let (irradiance, unoccluded) = self.irradiance(source, &appearance, samples);
+    /// Light of one source.
+    fn single(&self, source: &Source, samples: Samples) -> Part {
+        let Receiver { x, normal, .. } = self.receiver;
+        let fraction = samples.visibility.fraction();
+        if samples.visibility.is_unlikely() && !source.is_delta() {
+            // Taken to be hidden for the most part: what little of it counts need not be exact.
+            let unoccluded = source.rough_irradiance(x, normal);
+            return Part { irradiance: unoccluded * fraction, unoccluded, specular: Vec3::ZERO };
+        }
+        let appearance = source.appearance(x, normal);
+        if let Appearance::Direction(arrival) = appearance {
+            return arrival.map_or(Part::default(), |arrival| self.of_direction(&arrival, fraction));
+        }
+        let (irradiance, unoccluded) = self.irradiance(&appearance, samples);
         let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO };
-        if self.shines && samples.visibility.fraction() > 0.0 {
-            let full = self.highlight(source, &appearance, luminance(unoccluded) * COLOURLESS);
+        if self.shines && fraction > 0.0 {
+            let full = self.highlight(&appearance, luminance(unoccluded) * COLOURLESS);
             if full != Vec3::ZERO {
                 part.specular = full * self.lobe_visibility(samples);
             }
@@ -249,14 +234,20 @@ impl LitSlot<'_> {
         part
     }
 
+    /// Light of a single direction, of which a fraction is visible.
+    fn of_direction(&self, arrival: &Arrival, fraction: f32) -> Part {
+        let Receiver { normal, to_eye, shininess, .. } = self.receiver;
+        let unoccluded = arrival.irradiance(normal);
+        let irradiance = unoccluded * fraction;
+        let lobe = if self.shines { lobe(shininess, normal, arrival.direction, to_eye) } else { 0.0 };
+        Part { irradiance, unoccluded, specular: irradiance * lobe }
+    }
+
     /// Light of a group: what its sources send without occlusion, each exactly, times the fraction that they share.
     fn group(&self, group: LightGroup<'_>, samples: Samples) -> Part {
         let mut all = Part::default();
         for (source, factor) in group.sources().filter(|(_, factor)| *factor != Vec3::ZERO) {
-            let part = match source {
-                Source::Delta(kind) => self.delta(kind, 1.0),
-                Source::Area(area) => self.unoccluded(area),
-            };
+            let part = self.unoccluded(source);
             all.irradiance += part.unoccluded * factor;
             all.specular += part.specular * factor;
         }
@@ -270,51 +261,33 @@ impl LitSlot<'_> {
         Part { irradiance, unoccluded: full, specular }
     }
 
-    /// An area light of a closed form as if nothing occluded it.
-    fn unoccluded(&self, source: &AreaSource) -> Part {
-        let appearance = self.appearance(source);
-        let (_, unoccluded) = self.irradiance(source, &appearance, Samples::default());
+    /// Light of one source of a closed form as if nothing occluded it.
+    fn unoccluded(&self, source: &Source) -> Part {
+        let appearance = source.appearance(self.receiver.x, self.receiver.normal);
+        let unoccluded = appearance.irradiance(self.context.scene, &self.receiver);
         let floor = luminance(unoccluded) * COLOURLESS;
-        let specular = if self.shines { self.highlight(source, &appearance, floor) } else { Vec3::ZERO };
+        let specular = if self.shines { self.highlight(&appearance, floor) } else { Vec3::ZERO };
         Part { irradiance: unoccluded, unoccluded, specular }
-    }
-
-    fn appearance<'b>(&self, source: &'b AreaSource) -> Appearance<'b> {
-        let Receiver { x, normal, .. } = self.receiver;
-        if source.is_distant(x, normal) {
-            return Appearance::Distant(source.distant_irradiance(x, normal));
-        }
-        source.closed_form(x).map_or(Appearance::Sampled, Appearance::Form)
     }
 
     /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible fraction, or
     /// the mean of the samples where there is no closed form.
-    fn irradiance(&self, source: &AreaSource, appearance: &Appearance<'_>, samples: Samples) -> (Vec3, Vec3) {
+    fn irradiance(&self, appearance: &Appearance<'_>, samples: Samples) -> (Vec3, Vec3) {
         let Samples { visibility, sum, .. } = samples;
-        let unoccluded = match appearance {
-            Appearance::Distant(irradiance) => *irradiance,
-            Appearance::Form(form) => source.irradiance(form, self.receiver.x, self.receiver.normal),
-            Appearance::Sampled if samples.weigh() => {
-                let mean = sum.visible / visibility.points as f32;
-                return (mean, mean / visibility.fraction().max(0.05));
-            }
-            Appearance::Sampled => unoccluded_estimate(self.context, source, self.receiver.x, self.receiver.normal),
-        };
         let fraction = visibility.fraction();
+        if !appearance.is_exact() && samples.weigh() {
+            let mean = sum.visible / visibility.points as f32;
+            return (mean, mean / fraction.max(0.05));
+        }
+        let unoccluded = appearance.irradiance(self.context.scene, &self.receiver);
         // Where all of it is visible, a few points would have the colours of a few texels.
         let sampled = samples.of_closed_form(unoccluded).filter(|_| fraction < 1.0);
         (sampled.unwrap_or(unoccluded * fraction), unoccluded)
     }
 
     /// Highlight without occlusion.
-    fn highlight(&self, source: &AreaSource, appearance: &Appearance<'_>, floor: f32) -> Vec3 {
-        let receiver = &self.receiver;
-        let as_direction = match appearance {
-            Appearance::Distant(irradiance) => source.distant_specular(receiver, *irradiance),
-            Appearance::Form(form) => return source.specular_of(self.context.scene, form, receiver, floor),
-            Appearance::Sampled => None,
-        };
-        as_direction.unwrap_or_else(|| source.specular(self.context.scene, receiver, floor))
+    fn highlight(&self, appearance: &Appearance<'_>, floor: f32) -> Vec3 {
+        appearance.specular(self.context.scene, &self.receiver, floor)
     }
 
     /// Visible share of a highlight: the remembered points weighted by what each adds to it, the plain fraction where none does.
@@ -337,18 +310,4 @@ impl LitSlot<'_> {
         // Where hardly any point falls into the lobe, its share says nothing.
         if all > 1e-12 { seen / all } else { fraction }
     }
-}
-
-/// Points that stand in for a closed form where there is none.
-const ESTIMATE_POINTS: u32 = 8;
-
-/// Unoccluded irradiance of a source of too many triangles, from a few of its points.
-fn unoccluded_estimate(context: &SceneContext<'_>, source: &AreaSource, x: Vec3, normal: Vec3) -> Vec3 {
-    let (sampler, sequence) = (source.at(x), Sequence::new(0));
-    let irradiance = |i| {
-        let [u, v, ..] = sequence.point(i);
-        let arrival = sampler.sample(context.scene, [u, v]);
-        arrival.map_or(Vec3::ZERO, |a| a.facing * normal.dot(a.direction).max(0.0))
-    };
-    (0..ESTIMATE_POINTS).map(irradiance).sum::<Vec3>() / ESTIMATE_POINTS as f32
 }

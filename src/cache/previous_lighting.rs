@@ -4,7 +4,7 @@
 use super::ids::{SlotId, VertexId};
 use super::pool::Sparse;
 use crate::estimate::light_vector::LightVector;
-use crate::light::lights::Lighting;
+use crate::light::lighting::Lighting;
 use glam::Vec3;
 
 /// Rays and sums gathered under one lighting.

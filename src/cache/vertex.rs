@@ -2,6 +2,7 @@
 
 use super::ids::SlotId;
 use super::weld::Group;
+use crate::geom::offset;
 use crate::light::context::ShadingPoint;
 use crate::math::{combine, mix};
 use crate::scene::Scene;
@@ -56,19 +57,11 @@ pub struct Left {
     pub partial: u32,
 }
 
-/// Steps against the scene's scale or, far out, the coordinates there: large enough for f32, small enough for thin parts.
-const LIFT: [f32; 2] = [4e-6, 4e-5];
-const INWARD: [f32; 2] = [1e-5, 1e-3];
-
 /// Cosine of the angle up to which normals count as one.
 const FLAT: f32 = 1.0 - 1e-6;
 /// Largest step against the lift where facets are not all alike: they tilt by up to about 60° against the mean normal, and
 /// the step must not take the rays' origin behind any of them.
 const TILTED_STEP: f32 = 0.4;
-
-/// Step off the surface inside a triangle, where there is no corner to step clear of, against the size of the numbers involved: well
-/// above the rounding of f32, and short of what a pixel shows to lie on it.
-const LIFT_INSIDE: f32 = 4e-6;
 
 /// What steps at a position are measured by.
 fn size_at(position: Vec3, scale: f32) -> f32 {
@@ -87,13 +80,14 @@ impl Vertex {
     pub fn base(scene: &Scene, name: VertexName, group: &Group, scale: f32) -> Self {
         let position = scene.positions[name.position as usize];
         let normal = if name.back { -group.normal } else { group.normal };
-        let offset = group.centroid - position;
-        let offset = offset - normal * offset.dot(normal);
-        let [inward, lift] = [INWARD, LIFT].map(|range| range.map(|share| share * size_at(position, scale)));
-        let step = (group.size * 0.02).clamp(inward[0], inward[1]).min(offset.length() * 0.25);
+        let to_middle = group.centroid - position;
+        let to_middle = to_middle - normal * to_middle.dot(normal);
+        let [inward, lift] =
+            [offset::INWARD, offset::VERTEX].map(|range| range.map(|share| share * size_at(position, scale)));
+        let step = (group.size * 0.02).clamp(inward[0], inward[1]).min(to_middle.length() * 0.25);
         let lift = (group.size * 0.01).clamp(lift[0], lift[1]);
         let flat = group.facets.iter().all(|&f| scene.geometric_normal(f).dot(group.normal) > FLAT);
-        let inward = offset.normalize_or_zero() * above_facets(step, lift, flat);
+        let inward = to_middle.normalize_or_zero() * above_facets(step, lift, flat);
         Self { position, normal, inward, lift, flat, ..Self::unsampled(name.key(scene)) }
     }
 
@@ -106,8 +100,8 @@ impl Vertex {
         let step = inward.length();
         let position = (a.position + b.position) * 0.5;
         let size = size_at(position, scale);
-        let least = (size * INWARD[0]).min(step * 4.0);
-        let lift = ((a.lift + b.lift) * 0.25).max(size * LIFT[0]);
+        let least = (size * offset::INWARD[0]).min(step * 4.0);
+        let lift = ((a.lift + b.lift) * 0.25).max(size * offset::VERTEX[0]);
         // The facets between two flat vertices of one normal have that normal as well.
         let flat = a.flat && b.flat && a.normal.dot(b.normal) > FLAT;
         let inward = inward.normalize_or_zero() * above_facets(step.max(least), lift, flat);
@@ -124,7 +118,7 @@ impl Vertex {
         let (position, side) = (mean(|v| v.position), mean(|v| v.normal));
         let facet = (b - a).cross(c - a).normalize_or(side.normalize_or(corners[0].normal));
         let normal = if facet.dot(side) < 0.0 { -facet } else { facet };
-        let lift = position.abs().max_element().max(scale * 0.1) * LIFT_INSIDE;
+        let lift = position.abs().max_element().max(scale * 0.1) * offset::INSIDE;
         let bits = position.to_array().map(|x| u64::from(x.to_bits()));
         let key = bits.into_iter().fold(corners[0].key, combine);
         Self { position, normal, lift, flat: true, ..Self::unsampled(key) }
@@ -166,7 +160,7 @@ impl Vertex {
     /// The place where light is sampled: rays start at its origin.
     #[must_use]
     pub fn shading_point(&self) -> ShadingPoint {
-        let origin = self.position + self.inward + self.normal * self.lift;
+        let origin = offset::origin(self.position + self.inward, self.normal, self.lift, 1.0);
         ShadingPoint { key: self.key, position: self.position, origin, normal: self.normal }
     }
 }

@@ -7,7 +7,7 @@ use crate::pass::{DepthFormat, DepthOrder, UpdateMode};
 use crate::refine::options::Priority;
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
-use crate::scene::framing::UpAxis;
+use crate::scene::up_axis::UpAxis;
 use clap::builder::{PathBufValueParser, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -1,4 +1,5 @@
-//! What a mode drawn triangles behind, counted pixel by pixel against a full redraw of the same state (method.md 7).
+//! What an update mode leaves behind, counted pixel by pixel against a full redraw of the same state
+//! (docs/method/updates.md).
 
 use super::mesh::Mesh;
 use crate::pass::LuminanceLayers;

@@ -9,17 +9,8 @@
 //! estimated error was nearer to the truth in a hall of small lamps (0.99 of it against 0.82) but 2.8 times too large, against
 //! 1.7, in a Cornell box, where rounds err upwards most (docs/light-vectors.md).
 
-use super::light_vector::LightVector;
+use super::light_vector::{LightVector, usual_gain};
 use crate::math::luminance;
-
-/// Variance of the mean of stratified samples against that of independent ones, where nothing is measured yet: n^-0.3.
-///
-/// Measured at 1024 rays (docs/bench.md): 0.07 where light is even, as in a Cornell box, and near 1 where few rays
-/// find most of it, as in a room of small lamps; this is between.
-#[must_use]
-pub fn usual_gain(samples: u32) -> f32 {
-    (samples.max(1) as f32).powf(-0.3)
-}
 
 /// The gain measured, by number of samples.
 #[derive(Clone, Copy, Debug, Default)]

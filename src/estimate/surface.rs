@@ -1,9 +1,10 @@
-//! A point that a gather ray has hit, as light leaves it: diffusely (method 2).
+//! A point that a gather ray has hit, as light leaves it: diffusely, since a highlight depends on where it is seen from
+//! (docs/method/indirect-light.md).
 
-use crate::geom::{Hit, Ray};
+use crate::geom::{Hit, Ray, offset};
+use crate::light::arrival::Arrival;
 use crate::light::context::SceneContext;
-use crate::light::lights::{Arrival, Source, delta_arrival};
-use crate::light::selection::{Drawn, LightChoice};
+use crate::light::selection::{LightChoice, SampledLight};
 use crate::math::luminance;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -11,14 +12,15 @@ use glam::Vec3;
 /// A diffuse surface point.
 #[derive(Clone, Copy, Debug)]
 pub struct DiffusePoint {
-    /// Where light is evaluated and rays start: a little off the facet, on the side that was hit. On the facet itself the
-    /// back of a lamp may come to lie in front of it.
+    /// Where light is evaluated and rays start, scene units: a little off the facet, on the side that was hit. On the
+    /// facet itself the back of a lamp may come to lie in front of it.
     pub origin: Vec3,
     /// Unit normal of the facet on that side.
     pub facet: Vec3,
     /// Unit shading normal on that side.
     pub normal: Vec3,
-    /// Reflectance: what would go into the highlight is reflected diffusely, too, so that no energy is lost.
+    /// Diffuse reflectance, without unit: what would go into the highlight is reflected diffusely, too, so that no
+    /// energy is lost.
     pub kd: Vec3,
 }
 
@@ -28,25 +30,24 @@ impl DiffusePoint {
     pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
         let position = hit.position(scene, ray);
         let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
-        let scale = position.abs().max_element().max(hit.t * ray.direction.length());
+        let scale = offset::scale_of_hit(position, hit.t * ray.direction.length());
         Self {
-            origin: position + facet * (scale * LIFT),
+            origin: offset::origin(position, facet, scale, offset::HIT),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
             kd: scene.kd_at(hit.triangle, hit.u, hit.v) + scene.material(hit.triangle).highlight_albedo(),
         }
     }
 
-    /// Irradiance from one light, drawn in proportion to the bound of what it can send here, by one shadow ray: an unbiased
-    /// estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of the light.
+    /// Irradiance, W·m⁻², from one light, drawn in proportion to the bound of what it can send here, by one shadow ray:
+    /// an unbiased estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of
+    /// the light.
     pub fn direct(&self, context: &SceneContext<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
         let mut choice = LightChoice::default();
         choice.prepare(context.lights, self.origin, self.normal);
-        let Some(Drawn { light, inverse_chance }) = choice.draw(context.lights, pick) else { return Vec3::ZERO };
-        let arrival = match &context.lights.sources[light] {
-            Source::Delta(kind) => delta_arrival(kind, self.origin),
-            Source::Area(area) => area.sample_for(context.scene, (self.origin, self.normal), [u, v]),
-        };
+        let Some(SampledLight { light, inverse_chance }) = choice.draw(context.lights, pick) else { return Vec3::ZERO };
+        let source = &context.lights.sources[light];
+        let arrival = source.sample_for(context.scene, (self.origin, self.normal), [u, v]);
         let Some(arrival) = arrival else { return Vec3::ZERO };
         let value = arrival.facing * context.lights.factor(light) * self.normal.dot(arrival.direction).max(0.0);
         if luminance(value) <= 0.0 || arrival.direction.dot(self.facet) <= 0.0 {
@@ -60,11 +61,6 @@ impl DiffusePoint {
     }
 
     fn shadow_ray(&self, arrival: &Arrival) -> Ray {
-        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * SHORT_OF_LIGHT }
+        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * offset::SHORT_OF_LIGHT }
     }
 }
-
-/// Step off the surface against the size of the numbers involved: well above the rounding of f32.
-const LIFT: f32 = 4e-6;
-/// Length of shadow rays against the distance of the light.
-const SHORT_OF_LIGHT: f32 = 1.0 - 1e-4;

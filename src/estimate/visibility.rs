@@ -114,8 +114,8 @@ impl Visibility {
 /// What a slot (one normal of a vertex) knows of an area light: sums over all traced points of all rounds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct AreaSum {
-    /// Σ of v L g, W·m⁻²: the irradiance samples of visible points.
+    /// Σ of v L g over the points, W·m⁻²: the irradiance samples of visible points.
     pub visible: Vec3,
-    /// Σ of the luminance of L g: the same as if all were visible.
+    /// Σ of the luminance of L g, W·m⁻²: the same as if all were visible.
     pub unoccluded: f32,
 }

@@ -166,7 +166,7 @@ fn to_obvhs(ray: &Ray) -> obvhs::ray::Ray {
     obvhs::ray::Ray::new(ray.origin.into(), direction.into(), 0.0, ray.t_max)
 }
 
-/// Closest hit by testing every triangle: the yardstick of the tests.
+/// Closest hit by testing every triangle: what tests compare with.
 #[must_use]
 pub fn closest_by_brute_force(scene: &Scene, ray: &Ray) -> Option<Hit> {
     let mut best: Option<Hit> = None;

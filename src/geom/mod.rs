@@ -1,6 +1,7 @@
 //! Rays against the scene's triangles.
 
 pub mod bvh;
+pub mod offset;
 mod sheets;
 pub mod watertight;
 

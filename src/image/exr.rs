@@ -67,7 +67,7 @@ pub struct ReferenceLayers<'a> {
     pub size: ImageSize,
     /// `R G B A`: mean radiance and coverage.
     pub mean: &'a [Vec4],
-    /// `variance.`: variance of the mean (not of one sample).
+    /// `variance.`: variance of the mean (not of one sample), (W·sr⁻¹·m⁻²)².
     pub variance: &'a [Vec3],
     /// `mask`: whether the pixel counts in comparisons (1) or is an emitter or background (0).
     pub mask: Option<&'a [bool]>,
@@ -238,9 +238,9 @@ fn into_io(error: exr::error::Error) -> io::Error {
 pub struct RgbImage {
     /// Image size.
     pub size: ImageSize,
-    /// Linear RGB.
+    /// Linear RGB; radiance in W·sr⁻¹·m⁻² in the program's own files.
     pub rgb: Vec<Vec3>,
-    /// Variance of each value, where the file says (`variance.R` …).
+    /// Variance of each value, in the square of its unit, where the file says (`variance.R` …).
     pub variance: Option<Vec<Vec3>>,
     /// Pixels that count in comparisons, where the file says (`mask` ≥ 0.5).
     pub mask: Option<Vec<bool>>,

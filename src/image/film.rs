@@ -21,7 +21,7 @@ pub fn jitter(count: u32) -> Vec<Vec2> {
     offsets
 }
 
-/// Sum of redraws of one image: RGB linear radiance, A coverage.
+/// Sum of redraws of one image: RGB linear radiance, W·sr⁻¹·m⁻², A coverage.
 #[derive(Clone, Debug)]
 pub struct Film {
     size: ImageSize,
@@ -60,7 +60,7 @@ impl Film {
         self.redraws += 1;
     }
 
-    /// The mean of the redraws; black and uncovered without any.
+    /// The mean of the redraws, RGB in W·sr⁻¹·m⁻²; black and uncovered without any.
     #[must_use]
     pub fn mean(&self) -> Vec<Vec4> {
         let weight = 1.0 / self.redraws.max(1) as f32;

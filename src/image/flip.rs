@@ -31,7 +31,7 @@ pub fn mean(map: &[f32], mask: Option<&[bool]>) -> Option<f64> {
     (count > 0).then(|| counted().map(|(_, &e)| f64::from(e)).sum::<f64>() / count as f64)
 }
 
-/// The image as displayed.
+/// The image of linear radiance, W·sr⁻¹·m⁻², as displayed.
 #[must_use]
 pub fn displayed(linear: &[Vec3], display: &Display) -> Vec<[u8; 3]> {
     linear.par_iter().map(|&c| tone_mapping::display(c, display.exposure, display.tone_mapping)).collect()

@@ -22,13 +22,13 @@ impl Default for Epsilon {
 pub struct Metrics {
     /// Root of the mean square difference over pixels and channels, W·sr⁻¹·m⁻².
     pub rmse: f64,
-    /// Mean over pixels and channels of d²/(r² + ε).
+    /// Mean over pixels and channels of d²/(r² + ε), a number.
     pub relmse: f64,
-    /// Largest absolute difference of a channel.
+    /// Largest absolute difference of a channel, W·sr⁻¹·m⁻².
     pub max: f64,
-    /// Mean of image − reference over pixels and channels: a bias, where noise cancels.
+    /// Mean of image − reference over pixels and channels, W·sr⁻¹·m⁻²: a bias, where noise cancels.
     pub mean_shift: f64,
-    /// Mean of the reference over pixels and channels.
+    /// Mean of the reference over pixels and channels, W·sr⁻¹·m⁻².
     pub reference_mean: f64,
     /// Pixels counted.
     pub counted: usize,
@@ -38,7 +38,7 @@ pub struct Metrics {
     pub not_finite: usize,
 }
 
-/// Compares `image` with `reference`, pixel by pixel; `mask` says which pixels count.
+/// Compares `image` with `reference`, radiances in W·sr⁻¹·m⁻², pixel by pixel; `mask` says which pixels count.
 ///
 /// `None` when no pixel is left to count.
 ///
@@ -80,11 +80,11 @@ pub fn compare(image: &[Vec3], reference: &[Vec3], mask: Option<&[bool]>, epsilo
 pub struct OwnNoise {
     /// Mean over pixels and channels of variance/(r² + ε).
     pub relmse: f64,
-    /// Mean over pixels and channels of the variance.
+    /// Mean over pixels and channels of the variance, (W·sr⁻¹·m⁻²)².
     pub mean_square: f64,
 }
 
-/// The reference's own noise, from the variance of its mean.
+/// The reference's own noise, from the variance of its mean, (W·sr⁻¹·m⁻²)².
 ///
 /// `None` when no pixel is left to count.
 ///
@@ -151,7 +151,7 @@ pub fn z_test(image: &[Vec3], reference: &[Vec3], variance: &[Vec3], mask: Optio
 }
 
 impl Epsilon {
-    /// The value to add to r², for a reference of this mean.
+    /// The value to add to r², (W·sr⁻¹·m⁻²)², for a reference of this mean.
     #[must_use]
     pub fn resolve(self, mean: f64) -> f64 {
         match self {

@@ -6,13 +6,14 @@
 use crate::scene::ToneMapping;
 use glam::{Mat3, Vec3};
 
-/// Upper bound on exposed radiance: far in the shoulder of every operator, with a square that f32 holds exactly enough.
+/// Upper bound on exposed radiance, W·sr⁻¹·m⁻²: far in the shoulder of every operator, with a square that f32 holds
+/// exactly enough.
 pub const MAX_INPUT: f32 = 1e6;
 
 /// Rec.709 luminance weights.
 const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
-/// The 8-bit sRGB colour that displays the linear radiance `linear` at `exposure_stops`.
+/// The 8-bit sRGB colour that displays the linear radiance `linear`, W·sr⁻¹·m⁻², at `exposure_stops`.
 #[must_use]
 pub fn display(linear: Vec3, exposure_stops: f32, operator: ToneMapping) -> [u8; 3] {
     let mapped = tone_map(exposed(linear, exposure_stops), operator);

@@ -1,9 +1,6 @@
 //! Area lights from afar: each polygon as a point in its middle.
 
-use super::area::AreaSource;
-use super::area_specular::Receiver;
 use super::facets::Outlines;
-use crate::bsdf::lobe;
 use crate::math::polygon::edges;
 use glam::{DVec3, Vec3};
 
@@ -11,10 +8,10 @@ use glam::{DVec3, Vec3};
 #[derive(Clone, Debug, Default)]
 pub struct Distant {
     polygons: Vec<Points>,
-    /// Distance from the source's centre from which they stand in for the polygons.
-    from: f32,
-    /// The same, roughly.
-    rough_from: f32,
+    /// Distance from the source's centre from which they stand in for the polygons, scene units.
+    pub(super) from: f32,
+    /// The same where a few per cent do.
+    pub(super) rough_from: f32,
 }
 
 /// Polygons computed side by side.
@@ -58,8 +55,6 @@ impl Points {
 const RADII: f32 = 128.0;
 /// The same where a few per cent do.
 const ROUGH_RADII: f32 = 12.0;
-/// Square of a source's half angle, in widths of the lobe, up to which a highlight sees it as one direction.
-const ONE_DIRECTION: f32 = 0.05;
 
 impl Distant {
     /// Prepares the polygons of a source of the given centre and radius.
@@ -81,42 +76,9 @@ impl Distant {
         let from = |radii: f32| radius + radii * largest as f32 + centre.abs().max_element() * 1e-5;
         Self { polygons, from: from(RADII), rough_from: from(ROUGH_RADII) }
     }
-}
 
-impl AreaSource {
-    /// Whether the source is so far from `x` that its polygons count as points. One that the horizon of a surface of unit
-    /// `normal` may cut never does: what of a polygon shows above it is not its middle's affair.
-    #[must_use]
-    pub fn is_distant(&self, x: Vec3, normal: Vec3) -> bool {
-        self.is_beyond(self.distant.from, x, normal)
-    }
-
-    /// Whether [`Self::distant_irradiance`] is right to a few per cent.
-    pub(super) fn is_roughly_distant(&self, x: Vec3, normal: Vec3) -> bool {
-        self.is_beyond(self.distant.rough_from, x, normal)
-    }
-
-    fn is_beyond(&self, distance: f32, x: Vec3, normal: Vec3) -> bool {
-        let offset = self.centre - x;
-        offset.length_squared() > distance * distance && offset.dot(normal).abs() > self.radius
-    }
-
-    /// Unoccluded irradiance from afar.
-    #[must_use]
-    pub fn distant_irradiance(&self, x: Vec3, normal: Vec3) -> Vec3 {
-        if (self.centre - x).dot(normal) < 0.0 {
-            return Vec3::ZERO;
-        }
-        let sums = self.distant.polygons.iter().map(|p| p.irradiance(x, normal, self.both_sides));
-        self.mean_radiance() * sums.sum::<f32>()
-    }
-
-    /// Unoccluded highlight of a distant source that sends `irradiance`; `None` where the lobe sees its width or texture.
-    #[must_use]
-    pub fn distant_specular(&self, receiver: &Receiver, irradiance: Vec3) -> Option<Vec3> {
-        let offset = self.centre - receiver.x;
-        let half_angle = self.radius * self.radius / offset.length_squared();
-        let narrow = !self.textured && half_angle * (receiver.shininess + 2.0) < ONE_DIRECTION;
-        narrow.then(|| irradiance * lobe(receiver.shininess, receiver.normal, offset.normalize(), receiver.to_eye))
+    /// Σ cosθ cosθ_l A / d² of the points at `x` for a receiver of unit `normal`, sr: the irradiance for radiance 1.
+    pub(super) fn form_factor(&self, x: Vec3, normal: Vec3, both_sides: bool) -> f32 {
+        self.polygons.iter().map(|p| p.irradiance(x, normal, both_sides)).sum::<f32>()
     }
 }

@@ -1,35 +1,20 @@
-//! Points of an area light as seen from one place: uniform in the solid angle of its triangles, so that no sample outshines
-//! the light, or by area in those that look small; by groups of triangles where there are too many to look at each.
+//! Points of an area light as seen from one place: uniform in the solid angle of its triangles, so that no sample
+//! outshines the light, or by area in those that look small; by clusters of triangles where there are too many to look
+//! at each.
 
 use super::area::AreaSource;
+use super::arrival::Arrival;
+use super::facet_cluster::Cluster;
 use super::facets::{Facet, moved_inside, uniform_barycentrics};
-use super::lights::Arrival;
+use super::quad::QuadLight;
 use crate::math::spherical_triangle::{direction, meet, solid_angle};
 use crate::scene::Scene;
 use glam::{DVec3, Vec3};
 use smallvec::SmallVec;
-use std::ops::Range;
 
-/// Facets up to which the solid angle of each is computed (a closed surface shows half of them).
-const MAX_FACETS: usize = 128;
 /// Distance in radii from which a facet is weighed by its middle and sampled by area: unbiased at any distance, and without
 /// solid angles. d⁻³ varies by less than ±45 % over it then.
 const FAR: f64 = 8.0;
-/// Largest number of groups.
-const CLUSTERS: usize = 64;
-
-/// Neighbouring facets, weighed together.
-#[derive(Clone, Debug)]
-pub struct Cluster {
-    /// In the source's facets.
-    facets: Range<usize>,
-    area: f64,
-    centre: DVec3,
-    radius: f64,
-    /// Axis of the cone of the normals, and cosine and sine of its half angle.
-    axis: DVec3,
-    spread: [f64; 2],
-}
 
 /// Sampling of a source from one point.
 #[derive(Clone, Debug)]
@@ -63,75 +48,48 @@ struct Choice {
     until: f64,
 }
 
-impl Cluster {
-    /// Groups facets, bringing those of a group together; none where each can be looked at.
+impl AreaSource {
+    /// Prepares sampling from `x`.
     #[must_use]
-    pub fn build(facets: &mut [Facet]) -> Vec<Self> {
-        let mut clusters = Vec::new();
-        if facets.len() > MAX_FACETS {
-            split(facets, 0, CLUSTERS, &mut clusters);
-        }
-        clusters
+    pub fn at(&self, x: Vec3) -> Sampler<'_> {
+        Sampler::new(self, x)
     }
 
-    fn new(facets: &[Facet], first: usize) -> Self {
-        let corners = || facets.iter().flat_map(|f| [f.corner, f.corner + f.edges[0], f.corner + f.edges[1]]);
-        let lo = corners().fold(DVec3::INFINITY, DVec3::min);
-        let hi = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
-        let centre = (lo + hi) * 0.5;
-        let axis = facets.iter().map(|f| f.normal * f.area).sum::<DVec3>().normalize_or(facets[0].normal);
-        Self {
-            facets: first..first + facets.len(),
-            area: facets.iter().map(|f| f.area).sum(),
-            centre,
-            radius: corners().map(|p| p.distance(centre)).fold(0.0, f64::max),
-            axis,
-            spread: {
-                let (sine, cosine) = facets.iter().map(|f| f.normal.angle_between(axis)).fold(0.0, f64::max).sin_cos();
-                [cosine, sine]
-            },
-        }
+    /// The light that arrives at `x` from the point of the source chosen by `u` ∈ [0, 1)² in proportion to area; `None`
+    /// where that point faces away. [`Sampler::sample`] has far less variance.
+    #[must_use]
+    pub fn sample(&self, scene: &Scene, x: Vec3, u: [f32; 2]) -> Option<Arrival> {
+        let x = x.as_dvec3();
+        let (facet, at) = self.facets.pick(0..self.facets.list.len(), u.map(f64::from))?;
+        let offset = facet.from(x, at);
+        let measure = self.solid_angle_of(facet, offset, self.facets.area)?;
+        Some(self.seen(scene, facet, at, offset, measure))
     }
 
-    /// Rough size of the light that the cluster can send to `x`; 0 only where it surely sends none.
-    fn weight(&self, x: DVec3, both_sides: bool) -> f64 {
-        let offset = x - self.centre;
-        let distance = offset.length();
-        if distance <= self.radius {
-            return self.area / (self.radius * self.radius);
-        }
-        let cosine = (offset.dot(self.axis) / distance).clamp(-1.0, 1.0);
-        let cosine = if both_sides { cosine.abs() } else { cosine };
-        // The cone of normals widened by the cluster's own half angle, all by sums of angles: there are many clusters.
-        let width = self.radius / distance;
-        let (cos_width, [cos_spread, sin_spread]) = ((1.0 - width * width).sqrt(), self.spread);
-        let cos_cone = cos_spread * cos_width - sin_spread * width;
-        let sin_cone = sin_spread * cos_width + cos_spread * width;
-        // Largest cosine that any normal can make with a direction to x, rounding on the safe side.
-        let largest = if sin_cone <= 0.0 || cosine >= cos_cone {
-            1.0
-        } else {
-            (cosine * cos_cone + (1.0 - cosine * cosine).sqrt() * sin_cone + 1e-6).min(1.0)
-        };
-        self.area * largest.max(0.0) / (distance * distance)
+    /// The light that arrives at a surface at `x` of unit `normal` from the point of the source chosen by `u` ∈ [0,
+    /// 1)²; `None` where no light does. The mean of `facing · max(0, n·direction)` over u is the unoccluded irradiance,
+    /// as with [`Sampler::sample`]; points that send much are chosen more often where that is cheap. Strata of u are
+    /// kept.
+    #[must_use]
+    pub fn sample_for(&self, scene: &Scene, (x, normal): (Vec3, Vec3), u: [f32; 2]) -> Option<Arrival> {
+        let Some(quad) = self.quad_from(x) else { return self.at(x).sample(scene, u) };
+        let (measure, offset, distance) = quad.facing(x, normal, self.both_sides)?.sample(u)?;
+        let facing = self.mean_radiance() * measure;
+        Some(Arrival { direction: offset / distance, distance, facing, measure })
     }
-}
 
-/// Halves the facets at the median along the longest side of their bounds until there are `parts` groups.
-fn split(facets: &mut [Facet], first: usize, parts: usize, out: &mut Vec<Cluster>) {
-    if parts <= 1 || facets.len() <= 1 {
-        out.push(Cluster::new(facets, first));
-        return;
+    /// Density with which [`Self::sample_for`] takes the direction of the point of the source that lies `offset` from
+    /// x, sr⁻¹; 0 where it never does.
+    #[must_use]
+    pub fn density_for(&self, (x, normal): (Vec3, Vec3), offset: Vec3) -> f32 {
+        let Some(quad) = self.quad_from(x) else { return self.at(x).density(offset) };
+        quad.facing(x, normal, self.both_sides).map_or(0.0, |facing| facing.density(offset))
     }
-    let middle_of = |f: &Facet| f.corner + (f.edges[0] + f.edges[1]) / 3.0;
-    let lo = facets.iter().map(middle_of).fold(DVec3::INFINITY, DVec3::min);
-    let hi = facets.iter().map(middle_of).fold(DVec3::NEG_INFINITY, DVec3::max);
-    let axis = (hi - lo).max_position();
-    let half = facets.len() / 2;
-    facets.select_nth_unstable_by(half, |a, b| middle_of(a)[axis].total_cmp(&middle_of(b)[axis]));
-    let (left, right) = facets.split_at_mut(half);
-    split(left, first, parts / 2, out);
-    split(right, first + half, parts - parts / 2, out);
+
+    /// The whole source as a parallelogram, where it is one and `x` is far enough for that.
+    fn quad_from(&self, x: Vec3) -> Option<&QuadLight> {
+        self.quad.as_deref().filter(|quad| quad.is_far(x))
+    }
 }
 
 impl<'a> Sampler<'a> {
@@ -250,8 +208,8 @@ impl<'a> Sampler<'a> {
         self.source.solid_angle_of(facet, offset, cluster.area * self.total / choice.weight)
     }
 
-    /// What [`Point::measure`] would be for the point of a facet `offset` away; `None` where it faces away, and for
-    /// clusters.
+    /// What [`Point::measure`] would be, sr, for the point of a facet `offset` away; `None` where it faces away, and
+    /// for clusters.
     pub(super) fn measure(&self, facet: &Facet, offset: DVec3) -> Option<f64> {
         let of_area = self.source.solid_angle_of(facet, offset, self.total)?;
         match self.by {
@@ -279,7 +237,8 @@ fn misfit(facet: &Facet, x: DVec3, offset: DVec3) -> f64 {
     })
 }
 
-/// Solid angle of a facet whose plane is `height` from `x`, and whether that is its middle's, good enough from afar.
+/// Solid angle, sr, of a facet whose plane is `height` from `x`, and whether that is its middle's, good enough from
+/// afar.
 fn facet_weight(facet: &Facet, x: DVec3, height: f64) -> (f64, bool) {
     let squared = facet.middle.distance_squared(x);
     if squared > FAR * FAR * facet.squared_radius {
@@ -296,6 +255,6 @@ pub(super) struct Point<'a> {
     pub at: [f64; 2],
     /// From the receiver.
     pub offset: DVec3,
-    /// Solid angle that it stands for, the inverse of its density.
+    /// Solid angle that it stands for, sr, the inverse of its density.
     pub measure: f64,
 }

@@ -1,8 +1,10 @@
 //! Highlights of area lights without occlusion.
 
-use super::area::{AreaSource, ClosedForm, ProjectedPolygon};
+use super::area::AreaSource;
 use super::area_sampler::Sampler;
+use super::closed_form::{ClosedForm, ProjectedPolygon};
 use super::facets::Facet;
+use super::receiver::Receiver;
 use crate::bsdf::lobe;
 use crate::math::luminance;
 use crate::math::phong_polygon::Lobe;
@@ -20,27 +22,16 @@ const NEGLIGIBLE: f64 = -14.0;
 const SMALL: f64 = 0.01;
 /// Square of a light's half angle, in widths of the lobe, up to which the lobe is a paraboloid over it.
 const SMOOTH: f64 = 0.2;
-/// Where a highlight is seen.
-#[derive(Clone, Copy, Debug)]
-pub struct Receiver {
-    /// Place.
-    pub x: Vec3,
-    /// Unit normal.
-    pub normal: Vec3,
-    /// Unit direction to the eye.
-    pub to_eye: Vec3,
-    /// Exponent of the lobe.
-    pub shininess: f32,
-}
-
+/// Square of a source's half angle, in widths of the lobe, up to which a highlight sees it as one direction.
+const ONE_DIRECTION: f32 = 0.05;
 /// Points of a textured light, and as many directions of the lobe, for the colour of its highlight.
 const TEXTURE_POINTS: u32 = 128;
 /// Points of the light where there are more edges.
 const POINTS: u32 = 256;
 
 impl AreaSource {
-    /// Unoccluded highlight ∫ lobe · L cosθ dω of the source (method 2). The texture does not colour what is darker than
-    /// `floor`, in luminance.
+    /// Unoccluded highlight ∫ lobe · L cosθ dω of the source, W·sr⁻¹·m⁻². The texture does not colour what is darker
+    /// than `floor`, in luminance.
     #[must_use]
     pub fn specular(&self, scene: &Scene, receiver: &Receiver, floor: f32) -> Vec3 {
         match self.form(receiver.x, MAX_EDGES) {
@@ -49,7 +40,7 @@ impl AreaSource {
         }
     }
 
-    /// The same from a closed form at the receiver's place.
+    /// The same from a closed form at the receiver's place, W·sr⁻¹·m⁻².
     #[must_use]
     pub fn specular_of(&self, scene: &Scene, form: &ClosedForm<'_>, receiver: &Receiver, floor: f32) -> Vec3 {
         let Receiver { x, normal, to_eye, shininess } = *receiver;
@@ -65,8 +56,8 @@ impl AreaSource {
         seen.map_or(mean, |seen| seen * highlight)
     }
 
-    /// Mean radiance of a textured source weighed by the lobe and the cosine; `None` where no sample meets both. Points of
-    /// the light and directions of the lobe, combined by the balance heuristic.
+    /// Mean radiance, W·sr⁻¹·m⁻², of a textured source weighed by the lobe and the cosine; `None` where no sample meets
+    /// both. Points of the light and directions of the lobe, combined by the balance heuristic.
     fn radiance_in_lobe(&self, scene: &Scene, sampler: &Sampler<'_>, phong: &Lobe) -> Option<Vec3> {
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
         let mut add = |facet: &Facet, at: [f64; 2], offset: DVec3, measure: f64| {
@@ -101,6 +92,28 @@ impl AreaSource {
         (weights > f64::MIN_POSITIVE).then(|| (sum / weights).as_vec3())
     }
 
+    /// Unoccluded highlight, W·sr⁻¹·m⁻², of a distant source that sends `irradiance`, W·m⁻²; `None` where the lobe sees
+    /// its width or texture.
+    #[must_use]
+    pub fn distant_specular(&self, receiver: &Receiver, irradiance: Vec3) -> Option<Vec3> {
+        let offset = self.centre - receiver.x;
+        let half_angle = self.radius * self.radius / offset.length_squared();
+        let narrow = !self.textured && half_angle * (receiver.shininess + 2.0) < ONE_DIRECTION;
+        narrow.then(|| irradiance * lobe(receiver.shininess, receiver.normal, offset.normalize(), receiver.to_eye))
+    }
+
+    /// Unoccluded highlight in the source's mean colour, W·sr⁻¹·m⁻²; `None` where the source has no closed form.
+    pub(super) fn mean_specular(&self, receiver: &Receiver) -> Option<Vec3> {
+        let Receiver { x, normal, to_eye, shininess } = *receiver;
+        if self.is_distant(x, normal) {
+            let distant = self.distant_specular(receiver, self.distant_irradiance(x, normal));
+            if distant.is_some() {
+                return distant;
+            }
+        }
+        self.closed_form(x).map(|form| form.specular(normal, to_eye, shininess))
+    }
+
     fn sampled_specular(&self, scene: &Scene, receiver: &Receiver) -> Vec3 {
         let Receiver { x, normal, to_eye, shininess } = *receiver;
         let sampler = self.at(x);
@@ -121,13 +134,14 @@ fn phong_lobe(normal: Vec3, to_eye: Vec3, shininess: f32) -> Lobe {
 }
 
 impl ClosedForm<'_> {
-    /// Unoccluded highlight for the source's mean radiance; exact (1e-4) for any exponent and size of light.
+    /// Unoccluded highlight for the source's mean radiance, W·sr⁻¹·m⁻²; exact (1e-4) for any exponent and size of
+    /// light.
     #[must_use]
     pub fn specular(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
         self.mean_radiance() * self.highlight(normal, to_eye, shininess)
     }
 
-    /// The same for radiance 1.
+    /// The same for radiance 1, a number.
     fn highlight(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> f32 {
         if shininess == 0.0 {
             return self.form_factor(normal) / std::f32::consts::PI;

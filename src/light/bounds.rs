@@ -4,14 +4,15 @@ use super::facets::Facets;
 use glam::{DVec3, Vec3};
 use std::f32::consts::PI;
 
-/// How far the light of a source, or of several, can reach: a sphere that holds it, and the directions it shines in.
+/// What bounds the light of a source, or of several: a sphere that holds it, how much it sends, and in which
+/// directions.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LightBounds {
     centre: Vec3,
     radius: f32,
-    /// Upper bound of the luminance of irradiance × squared distance.
+    /// Upper bound of the luminance of irradiance × squared distance, W·sr⁻¹.
     strength: f32,
-    /// Upper bound of the luminance of the irradiance.
+    /// Upper bound of the luminance of the irradiance, W·m⁻².
     most: f32,
     /// How much of that shows in a direction from the source: `base` + `axis` · direction …
     base: f32,
@@ -36,18 +37,18 @@ impl LightBounds {
         Self { centre, radius, strength, most: FINITE, base: 1.0, ..Self::default() }
     }
 
-    /// Of a point that sends a luminous intensity in all directions.
+    /// Of a point that sends an intensity in all directions, its luminance in W·sr⁻¹.
     pub fn of_point(position: Vec3, intensity: f32) -> Self {
         Self::of_sphere(position, 0.0, intensity)
     }
 
-    /// Of a spot light.
+    /// Of a spot light of an intensity on its axis, its luminance in W·sr⁻¹.
     pub fn of_spot(position: Vec3, direction: Vec3, intensity: f32, [cos_inner, cos_outer]: [f32; 2]) -> Self {
         let slope = (cos_inner - cos_outer).max(1e-6).recip();
         Self { base: -cos_outer * slope, axis: direction * slope, smooth: 1.0, ..Self::of_point(position, intensity) }
     }
 
-    /// Of facets of a radiance whose luminance is at most `peak`, in a sphere.
+    /// Of facets of a radiance whose luminance is at most `peak`, W·sr⁻¹·m⁻², in a sphere.
     pub fn of_facets(facets: &Facets, (centre, radius): (Vec3, f32), peak: f32, both_sides: bool) -> Self {
         let sphere = Self { most: peak * PI, ..Self::of_sphere(centre, radius, peak * facets.area as f32) };
         let sum: DVec3 = facets.list.iter().map(|f| f.normal * f.area).sum();
@@ -63,13 +64,13 @@ impl LightBounds {
         }
     }
 
-    /// Upper bound of the luminance of irradiance × squared distance.
+    /// Upper bound of the luminance of irradiance × squared distance, W·sr⁻¹.
     pub const fn strength(&self) -> f32 {
         self.strength
     }
 
-    /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`; 0 only where no light can
-    /// arrive.
+    /// Upper bound of the luminance of the unoccluded irradiance at `x` on a surface of unit `normal`, W·m⁻²; 0 only
+    /// where no light can arrive.
     #[inline(always)]
     pub fn bound(&self, x: Vec3, normal: Vec3) -> f32 {
         let offset = self.centre - x;
@@ -140,7 +141,7 @@ impl Bounds8 {
         pack
     }
 
-    /// [`LightBounds::bound`] of each light times its factor.
+    /// [`LightBounds::bound`] of each light times its factor, W·m⁻².
     pub fn bounds(&self, x: Vec3, normal: Vec3) -> [f32; LANES] {
         let vector = |of: &[[f32; LANES]; 3], lane: usize| Vec3::new(of[0][lane], of[1][lane], of[2][lane]);
         let mut bounds = [0.0; LANES];
@@ -167,7 +168,7 @@ impl Bounds8 {
 mod tests {
     use super::*;
     use crate::light::facets::Facet;
-    use crate::light::lights::Source;
+    use crate::light::source::Source;
     use crate::math::luminance;
     use crate::math::sequence::Sequence;
     use crate::scene::TriangleId;

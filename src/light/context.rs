@@ -1,9 +1,10 @@
-//! What estimators read: the scene, its hierarchy, its lights; immutable while jobs are traced.
+//! What estimators read: the scene, its bounding volume hierarchy, its lights; immutable while jobs are traced.
 
-use super::group::Points;
-use super::lights::{Arrival, Lights};
-use crate::geom::Ray;
+use super::arrival::Arrival;
+use super::group_points::Points;
+use super::lights::Lights;
 use crate::geom::bvh::Bvh;
+use crate::geom::{Ray, offset};
 use crate::math::{combine, hemisphere::Density, sequence::Sequence};
 use crate::scene::Scene;
 use glam::Vec3;
@@ -13,9 +14,9 @@ use glam::Vec3;
 pub struct ShadingPoint {
     /// Permanent name, which seeds the random numbers.
     pub key: u64,
-    /// Position on the surface, where light is evaluated.
+    /// Position on the surface, scene units, where light is evaluated.
     pub position: Vec3,
-    /// Where rays start: a little off the surface.
+    /// Where rays start, scene units: a little off the surface ([`offset`]).
     pub origin: Vec3,
     /// Unit normal of the surface.
     pub normal: Vec3,
@@ -30,19 +31,18 @@ impl ShadingPoint {
         if arrival.distance.is_infinite() {
             return Ray { origin, direction: arrival.direction, t_max: f32::INFINITY };
         }
-        let offset = self.position + arrival.direction * arrival.distance - origin;
-        let length = offset.length();
-        // Short of the light, whose own surface must not hide it.
-        Ray { origin, direction: offset / length, t_max: length * (1.0 - 1e-4) }
+        let to_light = self.position + arrival.direction * arrival.distance - origin;
+        let length = to_light.length();
+        Ray { origin, direction: to_light / length, t_max: length * offset::SHORT_OF_LIGHT }
     }
 }
 
-/// The immutable part of the world.
+/// What estimators read of a scene.
 #[derive(Clone, Copy)]
 pub struct SceneContext<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// Its hierarchy.
+    /// Its bounding volume hierarchy.
     pub bvh: &'a Bvh,
     /// Its lights.
     pub lights: &'a Lights,
@@ -55,14 +55,11 @@ pub struct SceneContext<'a> {
 /// Probes of a dark vertex, all of which must hit back faces.
 const PROBES: u32 = 8;
 
-/// Length of the contact test against the scene's scale.
-const CONTACT: f32 = 2e-4;
-
 impl<'a> SceneContext<'a> {
-    /// The world of a scene; `scale` is the scene's.
+    /// The context of a scene; `scale` is the scene's, [`Scene::scale`].
     #[must_use]
     pub const fn new(scene: &'a Scene, bvh: &'a Bvh, lights: &'a Lights, seed: u64, scale: f32) -> Self {
-        Self { scene, bvh, lights, seed, contact: scale * CONTACT }
+        Self { scene, bvh, lights, seed, contact: scale * offset::CONTACT }
     }
 
     /// The points of a light group as seen from a vertex.

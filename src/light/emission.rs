@@ -21,9 +21,9 @@ pub struct Parts {
 #[derive(Clone, Copy, Debug)]
 struct Part {
     middle: Vec3,
-    /// Normal times area.
+    /// Normal times area, square scene units.
     area: Vec3,
-    /// Mean radiance.
+    /// Mean radiance, W·sr⁻¹·m⁻².
     radiance: Vec3,
 }
 
@@ -58,8 +58,8 @@ impl Parts {
         parts
     }
 
-    /// Mean radiance weighed by what each part sends to a surface of unit `normal` at `x`; `None` where all parts are alike, or none
-    /// faces it.
+    /// Mean radiance, W·sr⁻¹·m⁻², weighed by what each part sends to a surface of unit `normal` at `x`; `None` where
+    /// all parts are alike, or none faces it.
     #[must_use]
     pub fn seen(&self, x: Vec3, normal: Vec3, both_sides: bool) -> Option<Vec3> {
         if !self.uneven {
@@ -81,7 +81,7 @@ impl Parts {
         (weights > LEAST).then(|| sum / weights)
     }
 
-    /// Mean radiance weighed by area.
+    /// Mean radiance weighed by area, W·sr⁻¹·m⁻².
     #[must_use]
     pub fn mean(&self) -> Vec3 {
         let weighed = |p: &Part| (p.radiance * p.area.length()).as_dvec3();
@@ -89,8 +89,8 @@ impl Parts {
         if area > 0.0 { (self.list.iter().map(weighed).sum::<DVec3>() / area).as_vec3() } else { Vec3::ZERO }
     }
 
-    /// Mean radiance weighed by a lobe and the cosine at `x`; `None` where the parts are too coarse for it, or where none
-    /// is in it. `nearest` is the distance to the source.
+    /// Mean radiance, W·sr⁻¹·m⁻², weighed by a lobe and the cosine at `x`; `None` where the parts are too coarse for
+    /// it, or where none is in it. `nearest` is the distance to the source.
     #[must_use]
     pub fn in_lobe(&self, x: Vec3, nearest: f32, lobe: &Lobe, both_sides: bool) -> Option<Vec3> {
         let shininess = lobe.shininess as f32;

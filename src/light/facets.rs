@@ -38,7 +38,7 @@ pub struct Facet {
     pub edges: [DVec3; 2],
     /// Unit normal of the front.
     pub normal: DVec3,
-    /// Area.
+    /// Area, square scene units.
     pub area: f64,
     /// Centroid.
     pub middle: DVec3,
@@ -77,7 +77,7 @@ pub struct Facets {
     pub list: Vec<Facet>,
     /// Sum of the areas of each facet and all before it.
     until: Vec<f64>,
-    /// Sum of all areas.
+    /// Sum of all areas, square scene units.
     pub area: f64,
 }
 

@@ -3,11 +3,9 @@
 //! A highlight peaks where the normal n is the half vector h between light and eye. Both are nearly linear over a small
 //! triangle, so that the peak is where the triangle with corners n − h in the space of directions comes nearest to its origin.
 
-use super::area_specular::Receiver;
-use super::lights::{AreaSource, Source, delta_arrival};
-use crate::bsdf::lobe;
+use super::receiver::Receiver;
+use super::source::{Place, Source};
 use crate::math::triangle::nearest_to_origin;
-use crate::scene::Scene;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -72,15 +70,16 @@ impl GlossyTriangle {
         0.5 / self.shininess.max(1.0).sqrt()
     }
 
-    /// The peak of a light's highlight; `None` where it is off the triangle, or wide enough for the corners to show it, or
-    /// the light has no closed form. Highlights that cannot exceed `floor`, in luminance, are passed over.
+    /// The peak of a light's highlight; `None` where it is off the triangle, or wide enough for the corners to show it,
+    /// or the light has no closed form. Highlights that cannot exceed `floor`, in luminance, W·sr⁻¹·m⁻², are passed
+    /// over.
     #[must_use]
-    pub fn peak(&self, scene: &Scene, source: &Source, floor: f32) -> Option<Peak> {
-        let outline = Outline::new(source, self.middle.x)?;
-        if !self.may_hide(&outline) {
+    pub fn peak(&self, source: &Source, floor: f32) -> Option<Peak> {
+        let light = source.place(self.middle.x)?;
+        if !self.may_hide(light) {
             return None;
         }
-        let (at, area) = self.nearest(&outline)?;
+        let (at, area) = self.nearest(light)?;
         let place = self.place(at);
         let ceiling = source.bound(place.x, place.normal) * (self.shininess + 2.0) / (2.0 * PI);
         if ceiling <= floor {
@@ -92,31 +91,31 @@ impl GlossyTriangle {
             to_eye: (self.eye - place.x).normalize_or(place.normal),
             shininess: self.shininess,
         };
-        let blob = PI * (self.deviation().powi(2) + outline.radius.powi(2) * 0.25);
-        Some(Peak { at, specular: unoccluded(scene, source, &receiver)?, share: (blob / area.max(blob)).min(1.0) })
+        let blob = PI * (self.deviation().powi(2) + light.half_angle().powi(2) * 0.25);
+        Some(Peak { at, specular: source.mean_specular(&receiver)?, share: (blob / area.max(blob)).min(1.0) })
     }
 
     /// Whether the light's highlight can peak on the triangle without its corners showing it.
-    fn may_hide(&self, outline: &Outline) -> bool {
-        let to_light = outline.direction(self.middle.x);
+    fn may_hide(&self, light: Place) -> bool {
+        let to_light = light.direction(self.middle.x);
         let to_eye = self.eye - self.middle.x;
         let half = to_light + to_eye.normalize_or(self.middle.normal);
         // A half vector turns by half the angle that the directions turn by, more where they are far apart.
-        let turn = self.extent * (outline.nearness(self.middle.x) + to_eye.length_recip()) / half.length().max(0.1);
+        let turn = self.extent * (light.nearness(self.middle.x) + to_eye.length_recip()) / half.length().max(0.1);
         let spread = self.bend + turn;
         if spread < RESOLVED * self.deviation() {
             return false;
         }
         let gap = self.middle.normal.distance(half.normalize_or(self.middle.normal));
-        gap < 1.5 * spread + outline.radius * 0.5 + FADED * self.deviation()
+        gap < 1.5 * spread + light.half_angle() * 0.5 + FADED * self.deviation()
     }
 
     /// Where n comes nearest to h, and the area of the triangle in n − h; `None` if it stays farther than highlights reach.
-    fn nearest(&self, outline: &Outline) -> Option<([f32; 3], f32)> {
+    fn nearest(&self, light: Place) -> Option<([f32; 3], f32)> {
         let gap = |w: [f32; 3]| {
             let place = self.place(w);
             let to_eye = (self.eye - place.x).normalize_or(place.normal);
-            place.normal - (outline.direction(place.x) + to_eye).normalize_or(place.normal)
+            place.normal - (light.direction(place.x) + to_eye).normalize_or(place.normal)
         };
         let mut corners = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         let (mut best, mut area) = ([0.0; 3], 0.0);
@@ -129,7 +128,7 @@ impl GlossyTriangle {
             best = [0, 1, 2].map(|i| (0..3).map(|k| corners[k][i] * w[k]).sum());
             let linear = gaps[0] * w[0] + gaps[1] * w[1] + gaps[2] * w[2];
             let (found, doubt) = (gap(best), linear.distance(gap(best)));
-            if found.length().min(linear.length()) - 2.0 * doubt > outline.radius * 0.5 + FADED * self.deviation() {
+            if found.length().min(linear.length()) - 2.0 * doubt > light.half_angle() * 0.5 + FADED * self.deviation() {
                 return None;
             }
             if doubt < 0.3 * self.deviation() {
@@ -141,63 +140,30 @@ impl GlossyTriangle {
     }
 }
 
-/// Where a light is, as far as directions to it go.
-struct Outline {
-    /// Its middle; a direction where it is infinitely far.
-    middle: Vec3,
-    is_direction: bool,
-    /// Half its angle, radians.
-    radius: f32,
-}
-
-impl Outline {
-    fn new(source: &Source, x: Vec3) -> Option<Self> {
-        match source {
-            Source::Delta(kind) => {
-                let arrival = delta_arrival(kind, x)?;
-                let is_direction = arrival.distance.is_infinite();
-                let middle = if is_direction { arrival.direction } else { x + arrival.direction * arrival.distance };
-                Some(Self { middle, is_direction, radius: 0.0 })
-            }
-            Source::Area(area) => {
-                let (middle, radius) = area.sphere();
-                let sine = radius / middle.distance(x).max(radius);
-                Some(Self { middle, is_direction: false, radius: sine.asin() })
-            }
+/// Directions to a light, as far as a highlight goes.
+impl Place {
+    fn direction(self, x: Vec3) -> Vec3 {
+        match self {
+            Self::Far(direction) => direction,
+            Self::Near { middle, .. } => (middle - x).normalize_or_zero(),
         }
-    }
-
-    fn direction(&self, x: Vec3) -> Vec3 {
-        if self.is_direction { self.middle } else { (self.middle - x).normalize_or_zero() }
     }
 
     /// One over the distance.
-    fn nearness(&self, x: Vec3) -> f32 {
-        if self.is_direction { 0.0 } else { (self.middle - x).length_recip() }
-    }
-}
-
-fn unoccluded(scene: &Scene, source: &Source, receiver: &Receiver) -> Option<Vec3> {
-    let Receiver { x, normal, to_eye, shininess } = *receiver;
-    match source {
-        Source::Delta(kind) => {
-            let arrival = delta_arrival(kind, x)?;
-            let irradiance = arrival.facing * normal.dot(arrival.direction).max(0.0);
-            Some(irradiance * lobe(shininess, normal, arrival.direction, to_eye))
-        }
-        Source::Area(area) => of_area(scene, area, receiver),
-    }
-}
-
-fn of_area(scene: &Scene, area: &AreaSource, receiver: &Receiver) -> Option<Vec3> {
-    let Receiver { x, normal, .. } = *receiver;
-    if area.is_distant(x, normal) {
-        let distant = area.distant_specular(receiver, area.distant_irradiance(x, normal));
-        if distant.is_some() {
-            return distant;
+    fn nearness(self, x: Vec3) -> f32 {
+        match self {
+            Self::Far(_) => 0.0,
+            Self::Near { middle, .. } => (middle - x).length_recip(),
         }
     }
-    area.closed_form(x).map(|form| area.specular_of(scene, &form, receiver, f32::INFINITY))
+
+    /// Half the angle that the light takes, radians.
+    const fn half_angle(self) -> f32 {
+        match self {
+            Self::Far(_) => 0.0,
+            Self::Near { half_angle, .. } => half_angle,
+        }
+    }
 }
 
 #[cfg(test)]
@@ -221,7 +187,7 @@ mod tests {
             let specular = |w: [f32; 3]| {
                 let SurfacePoint { x, normal } = triangle.place(w);
                 let receiver = Receiver { x, normal, to_eye: (eye - x).normalize(), shininess: 300.0 };
-                unoccluded(&Scene::default(), &source, &receiver).map_or(0.0, |s| s.x)
+                source.mean_specular(&receiver).map_or(0.0, |s| s.x)
             };
             let n = 150_u16;
             let grid = (0..=n).flat_map(|j| (0..=n - j).map(move |k| (j, k)));
@@ -232,7 +198,7 @@ mod tests {
                 continue;
             }
             tried += 1;
-            let found = triangle.peak(&Scene::default(), &source, 0.0);
+            let found = triangle.peak(&source, 0.0);
             missed += u32::from(found.is_none_or(|peak| peak.specular.x < 0.9 * brightest));
         }
         assert!(tried > 50 && missed * 50 <= tried, "{missed} of {tried} missed");

@@ -4,10 +4,7 @@
 //! and bilinear between, that is a density whose points cost two square roots and whose inverse is direct. It takes the
 //! surface's own cosine into account, as solid angles do not.
 
-use super::area::AreaSource;
 use super::facets::Outlines;
-use super::lights::Arrival;
-use crate::scene::Scene;
 use glam::{DVec3, Vec3, Vec4};
 
 /// A parallelogram, prepared.
@@ -35,12 +32,12 @@ const NEAR: f32 = 1.3;
 /// Rounding of single-precision coordinates, relative to the largest.
 const ROUNDING: f64 = 2.5e-7;
 
-/// What a surface gets from the corners of a panel, in any unit.
-struct FacingQuad<'a> {
-    panel: &'a QuadLight,
-    /// From the surface to the first corner.
+/// A parallelogram as a surface faces it: what it gets from the corners, in any unit.
+pub(super) struct FacingQuad<'a> {
+    quad: &'a QuadLight,
+    /// From the surface to the first corner, scene units.
     base: Vec3,
-    /// Distance from the panel's plane.
+    /// Distance from the parallelogram's plane, scene units.
     height: f32,
     weights: [f32; 4],
     /// Mean of the weights.
@@ -73,8 +70,13 @@ impl QuadLight {
         })
     }
 
-    /// `None` where the surface gets nothing.
-    fn seen(&self, x: Vec3, normal: Vec3, both_sides: bool) -> Option<FacingQuad<'_>> {
+    /// Whether `x` is so far that the corners say enough of what is between.
+    pub(super) fn is_far(&self, x: Vec3) -> bool {
+        self.middle.distance_squared(x) > self.near_squared
+    }
+
+    /// As a surface at `x` of unit `normal` faces it; `None` where that gets nothing.
+    pub(super) fn facing(&self, x: Vec3, normal: Vec3, both_sides: bool) -> Option<FacingQuad<'_>> {
         let base = self.corner - x;
         let height = -self.normal.dot(base);
         let height = if both_sides { height.abs() } else { height };
@@ -84,13 +86,7 @@ impl QuadLight {
         let ratio = self.near_squared / (dx * dx + dy * dy + dz * dz);
         let weights = cosines * ratio * ratio;
         let mean = weights.element_sum() * 0.25;
-        (height > 0.0 && mean > 0.0).then(|| FacingQuad {
-            panel: self,
-            base,
-            height,
-            weights: weights.to_array(),
-            mean,
-        })
+        (height > 0.0 && mean > 0.0).then(|| FacingQuad { quad: self, base, height, weights: weights.to_array(), mean })
     }
 }
 
@@ -101,6 +97,18 @@ fn linear(u: f32, a: f32, b: f32) -> f32 {
 }
 
 impl FacingQuad<'_> {
+    /// The point chosen by `u` ∈ [0, 1)²: the solid angle that it stands for, sr, its offset from the surface and its
+    /// distance; `None` where none is chosen.
+    pub(super) fn sample(&self, u: [f32; 2]) -> Option<(f32, Vec3, f32)> {
+        self.measure(self.point(u))
+    }
+
+    /// Density with which [`Self::sample`] takes the direction of the point `offset` from the surface, sr⁻¹.
+    pub(super) fn density(&self, offset: Vec3) -> f32 {
+        let shares = self.quad.duals.map(|dual| dual.dot(offset - self.base).clamp(0.0, 1.0));
+        self.measure(shares).map_or(0.0, |(measure, ..)| measure.recip())
+    }
+
     /// Shares of the edges of the point chosen by `u`; strata stay strata.
     fn point(&self, [u, v]: [f32; 2]) -> [f32; 2] {
         let [a, b, c, d] = self.weights;
@@ -108,46 +116,17 @@ impl FacingQuad<'_> {
         [linear(u, a + (c - a) * t, b + (d - b) * t), t]
     }
 
-    /// Solid angle that a point of these shares stands for, and its offset and distance; `None` where none is chosen.
+    /// Solid angle that a point of these shares stands for, sr, and its offset and distance; `None` where none is
+    /// chosen.
     fn measure(&self, [s, t]: [f32; 2]) -> Option<(f32, Vec3, f32)> {
         let [a, b, c, d] = self.weights;
         let (left, right) = (a + (c - a) * t, b + (d - b) * t);
         let weight = left + (right - left) * s;
-        let [e, f] = self.panel.edges;
+        let [e, f] = self.quad.edges;
         let offset = self.base + e * s + f * t;
         let squared = offset.length_squared();
         let distance = squared.sqrt();
-        let measure = self.panel.area * self.height * self.mean / (squared * distance * weight);
+        let measure = self.quad.area * self.height * self.mean / (squared * distance * weight);
         (weight > 0.0).then_some((measure, offset, distance))
-    }
-}
-
-impl AreaSource {
-    /// The light that arrives at a surface at `x` of unit `normal` from the point of the source chosen by `u` ∈ [0, 1)²;
-    /// `None` where no light does. The mean of `facing · max(0, n·direction)` over u is the unoccluded irradiance, as with
-    /// [`super::lights::Sampler::sample`]; points that send much are chosen more often where that is cheap. Strata of u are kept.
-    #[must_use]
-    pub fn sample_for(&self, scene: &Scene, (x, normal): (Vec3, Vec3), u: [f32; 2]) -> Option<Arrival> {
-        let Some(panel) = self.panel_from(x) else { return self.at(x).sample(scene, u) };
-        let seen = panel.seen(x, normal, self.both_sides)?;
-        let (measure, offset, distance) = seen.measure(seen.point(u))?;
-        let facing = self.mean_radiance() * measure;
-        Some(Arrival { direction: offset / distance, distance, facing, measure })
-    }
-
-    /// Density with which [`Self::sample_for`] takes the direction of the point of the source that lies `offset` from x, sr⁻¹;
-    /// 0 where it never does.
-    #[must_use]
-    pub fn density_for(&self, (x, normal): (Vec3, Vec3), offset: Vec3) -> f32 {
-        let Some(panel) = self.panel_from(x) else { return self.at(x).density(offset) };
-        let measure = panel.seen(x, normal, self.both_sides).and_then(|seen| {
-            let shares = panel.duals.map(|dual| dual.dot(offset - seen.base).clamp(0.0, 1.0));
-            seen.measure(shares)
-        });
-        measure.map_or(0.0, |(measure, ..)| measure.recip())
-    }
-
-    fn panel_from(&self, x: Vec3) -> Option<&QuadLight> {
-        self.panel.as_deref().filter(|panel| panel.middle.distance_squared(x) > panel.near_squared)
     }
 }

@@ -1,49 +1,27 @@
 //! One light drawn in proportion to the bound of what it can send to a place: a group first, then one of its sources, so that the
 //! cost of many lights is that of their groups.
 
-use super::bounds::{Bounds8, LANES, LightBounds};
+use super::bounds::LANES;
 use super::group::LightGroup;
 use super::lights::Lights;
 use glam::{Vec3, Vec4};
 use smallvec::SmallVec;
-
-/// What gives the bounds of all groups at a place.
-#[derive(Clone, Debug, Default)]
-pub(super) struct GroupBounds {
-    packs: Vec<Bounds8>,
-    /// Meshes whose bounds the packs do not tell everywhere.
-    others: Vec<u32>,
-}
-
-impl GroupBounds {
-    /// With what the groups count times now.
-    pub fn new(lights: &Lights) -> Self {
-        let factor = |group: usize| lights.group_factor(group).max_element();
-        let bounds = |group: usize| (lights.group(group).bounds().unwrap_or_default(), factor(group));
-        let reaches: Vec<(LightBounds, f32)> = (0..lights.group_count()).map(bounds).collect();
-        let is_other = |&(_, of): &(u32, LightGroup<'_>)| matches!(of, LightGroup::Shared(_)) || of.bounds().is_none();
-        Self {
-            packs: reaches.chunks(LANES).map(Bounds8::new).collect(),
-            others: (0..).zip(lights.groups()).filter(is_other).map(|(group, _)| group).collect(),
-        }
-    }
-}
 
 /// The bounds of all groups at one place.
 #[derive(Clone, Debug, Default)]
 pub struct LightChoice {
     x: Vec3,
     normal: Vec3,
-    /// Eight groups at a time.
+    /// Of eight groups at a time, W·m⁻².
     bounds: SmallVec<[[f32; LANES]; 16]>,
     /// Sum of each eight.
     sums: SmallVec<[f32; 16]>,
     total: f32,
 }
 
-/// A light that was drawn.
+/// A light that was drawn by a random number.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawn {
+pub struct SampledLight {
     /// Index of the source.
     pub light: usize,
     /// One over the probability with which it was drawn.
@@ -70,24 +48,26 @@ impl LightChoice {
 
     /// Draws a light by `pick` ∈ [0, 1); `None` where none can send any, or the one that was to be drawn cannot.
     #[must_use]
-    pub fn draw(&self, lights: &Lights, pick: f32) -> Option<Drawn> {
+    pub fn draw(&self, lights: &Lights, pick: f32) -> Option<SampledLight> {
         let (pack, left) = proportionally(&self.sums, pick * self.total)?;
         let (lane, left) = proportionally(&self.bounds[pack], left)?;
         let (group, bound) = (pack * LANES + lane, self.bounds[pack][lane]);
         let inverse_chance = self.total / bound;
         match lights.group(group) {
-            LightGroup::Single(_) => Some(Drawn { light: lights.sources_of_group(group)[0] as usize, inverse_chance }),
+            LightGroup::Single(_) => {
+                Some(SampledLight { light: lights.sources_of_group(group)[0] as usize, inverse_chance })
+            }
             LightGroup::Shared(members) => {
                 let bounds: SmallVec<[f32; 32]> = members.bounds(self.x, self.normal).collect();
                 let total: f32 = bounds.iter().sum();
                 let within = (left / bound).clamp(0.0, 1.0);
                 let (at, _) = proportionally(&bounds, within * total)?;
-                Some(Drawn { light: members.source(at), inverse_chance: inverse_chance * (total / bounds[at]) })
+                Some(SampledLight { light: members.source(at), inverse_chance: inverse_chance * (total / bounds[at]) })
             }
         }
     }
 
-    /// Sum of the bounds: all that [`Self::chance_of`] needs to know of them later.
+    /// Sum of the bounds, W·m⁻²: all that [`Self::chance_of`] needs to know of them later.
     #[must_use]
     pub const fn total(&self) -> f32 {
         self.total

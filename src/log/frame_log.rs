@@ -47,7 +47,7 @@ pub struct PassRecord {
     pub readback: Option<Duration>,
     /// Patches redrawn by the luminance pass.
     pub dirty_parents: Option<u64>,
-    /// Leaf triangles drawn by the luminance pass.
+    /// Triangles drawn by the luminance pass.
     pub children_drawn: Option<u64>,
     /// Occlusion queries whose result arrived.
     pub queries: Option<u64>,

@@ -9,7 +9,7 @@ pub mod triangle;
 
 use glam::Vec3;
 
-/// Rec.709 luminance Y of a linear RGB colour.
+/// Rec.709 luminance Y of a linear RGB colour, in the unit of the colour.
 #[must_use]
 #[inline]
 pub fn luminance(rgb: Vec3) -> f32 {

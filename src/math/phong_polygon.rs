@@ -35,8 +35,8 @@ pub struct Lobe {
 }
 
 impl Lobe {
-    /// ∫ (s+2)/(2π) max(0, w·ω)^s max(0, n·ω) dω over the convex polygon `base + relative[i]` seen from the origin,
-    /// counter-clockwise (for the other sense: its negative).
+    /// ∫ (s+2)/(2π) max(0, w·ω)^s max(0, n·ω) dω, a number without unit, over the convex polygon `base + relative[i]`
+    /// seen from the origin, counter-clockwise (for the other sense: its negative).
     #[must_use]
     pub fn over_polygon(&self, base: DVec3, relative: &[DVec3]) -> f64 {
         let above = clip(base, relative, self.normal);
@@ -44,7 +44,7 @@ impl Lobe {
         edges(&facing).map(|(a, b)| self.along_edge(base + a, b - a)).sum::<f64>() / std::f64::consts::TAU
     }
 
-    /// The lobe without the cosine, (s+2)/(2π) max(0, c)^s with c = w·ω.
+    /// The lobe without the cosine, (s+2)/(2π) max(0, c)^s with c = w·ω, sr⁻¹.
     #[must_use]
     pub fn value(&self, cosine: f64) -> f64 {
         (self.shininess + 2.0) / std::f64::consts::TAU * cosine.max(0.0).powf(self.shininess)

@@ -14,7 +14,8 @@ use smallvec::SmallVec;
 /// Corners of a polygon or of a clipped one, on the stack up to a 24-gon.
 pub type Corners = SmallVec<[DVec3; 24]>;
 
-/// ½ Θ Γ of the edge from `a` to `a + edge`, as seen from the origin; zero where the edge's line passes through it.
+/// ½ Θ Γ of the edge from `a` to `a + edge`, as seen from the origin: its part of the light vector for radiance 1, sr;
+/// zero where the edge's line passes through it.
 ///
 /// Summed over the edges of a polygon that runs counter-clockwise seen from the origin this points towards it.
 #[must_use]

@@ -1,6 +1,6 @@
 //! Colour: k_d, k_s and L_e of every pixel, looked up from the id image.
 //!
-//! Full-screen, not by drawing the geometry again: 2 to 11 times cheaper (lavapipe.md 1). L_e is looked up here
+//! Full-screen, not by drawing the geometry again: 2 to 11 times cheaper (docs/lavapipe.md). L_e is looked up here
 //! rather than in combine, since it changes with the camera alone.
 
 use super::targets::Targets;

@@ -1,5 +1,5 @@
 //! Greedy colouring of faces by the bounds of their patches on the screen: patches of one colour do not overlap, so one
-//! stencil reference and two draws serve them all (lavapipe.md 2).
+//! stencil reference and two draws serve them all (docs/lavapipe.md).
 
 use crate::scene::camera::{ImageSize, View};
 use glam::{Mat4, Vec2, Vec3};

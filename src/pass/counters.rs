@@ -40,10 +40,10 @@ impl Counters {
         let mut drawn_triangles: Vec<u32> = if plan.clear { Vec::new() } else { plan.counted().collect() };
         drawn_triangles.sort_unstable();
         drawn_triangles.dedup();
-        for drawn in drawn_triangles {
-            let offset = u64::from(drawn) * 4;
+        for id in drawn_triangles {
+            let offset = u64::from(id) * 4;
             let pixels = self.buffer.view::<u32>(offset, 1)?[0];
-            self.last.push(DrawnPixels { drawn: DrawnId(drawn), pixels, ray: None });
+            self.last.push(DrawnPixels { drawn: DrawnId(id), pixels, ray: None });
             self.buffer.write(offset, &[0u32])?;
         }
         Ok(())

@@ -29,8 +29,9 @@ pub struct FrameOptions {
     pub queries: u32,
 }
 
-/// Drawn triangles of patches drawn in a frame, at most; others wait for the next. Half of a frame at 30 Hz on a software rasteriser.
-const LEAVES_A_FRAME: usize = 8192;
+/// Triangles of patches drawn in a frame, at most; others wait for the next. Half of a frame at 30 Hz on a software
+/// rasteriser.
+const TRIANGLES_A_FRAME: usize = 8192;
 
 /// What a frame did. Times are on the device's clock, since the frame before; a pass that did not run has none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,7 +48,7 @@ pub struct FrameStats {
     pub readback_ms: Option<f64>,
     /// Patches drawn.
     pub patches: u32,
-    /// Drawn triangles drawn.
+    /// Triangles drawn.
     pub triangles_drawn: u32,
     /// Draw commands of the luminance pass.
     pub draws: u32,
@@ -72,7 +73,7 @@ impl FrameStats {
             draws: plan.draws(),
             full: plan.clear,
             queries: counts.len() as u32,
-            query_pixels: counts.iter().map(|drawn| u64::from(drawn.pixels)).sum(),
+            query_pixels: counts.iter().map(|count| u64::from(count.pixels)).sum(),
         }
     }
 }
@@ -105,7 +106,7 @@ impl Renderer {
         self.query_counts.clear();
         if let Some(queries) = &self.queries {
             let pixels = queries.read(plan.queried.len() as u32)?;
-            let drawn_triangles = plan.queried.iter().map(|&(drawn, _)| DrawnId(drawn));
+            let drawn_triangles = plan.queried.iter().map(|&(id, _)| DrawnId(id));
             self.query_counts.extend(drawn_triangles.zip(pixels).map(|(drawn, pixels)| DrawnPixels {
                 drawn,
                 pixels,
@@ -140,7 +141,7 @@ impl Renderer {
             return (plan, patches);
         }
         // One draw looks all up: what is drawn later would be shown early.
-        let budget = if mode == UpdateMode::Lookup { usize::MAX } else { LEAVES_A_FRAME };
+        let budget = if mode == UpdateMode::Lookup { usize::MAX } else { TRIANGLES_A_FRAME };
         let mut batches = self.mesh.take_pending(budget);
         let patches = batches.iter().map(Batch::patches).sum();
         self.depth_left_by = if patches > 0 { Some(mode) } else { self.depth_left_by };
@@ -148,7 +149,7 @@ impl Renderer {
         let queries = self.queries.as_ref().map_or(0, |queries| queries.capacity().min(options.queries));
         choose_counted(&mut batches, &self.mesh, &visible, &projector, queries as usize);
         let context = Context { mesh: &self.mesh, visible: &visible, projector: &projector, size: self.targets.size };
-        (Plan::patches(mode, &context, &batches), patches)
+        (mode.plan(&context, &batches), patches)
     }
 
     /// Sends what the shaders read.

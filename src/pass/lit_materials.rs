@@ -3,6 +3,7 @@
 use super::shared::GpuMaterial;
 use super::texture_maps::TextureMaps;
 use crate::scene::light::LightKind;
+use crate::scene::material::Material;
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
 
@@ -39,5 +40,18 @@ impl LitMaterials {
             material.ke = (Vec3::from(material.ke) * factor).to_array();
         }
         list
+    }
+}
+
+impl GpuMaterial {
+    fn new(material: &Material, maps: &TextureMaps) -> Self {
+        Self {
+            kd: material.kd.to_array(),
+            map_kd: maps.index(material.map_kd.as_ref()),
+            ks: material.ks.to_array(),
+            map_d: maps.index(material.map_d.as_ref()),
+            ke: material.ke.to_array(),
+            map_ke: maps.index(material.map_ke.as_ref()),
+        }
     }
 }

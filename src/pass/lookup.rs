@@ -22,7 +22,7 @@ struct NodeSlot {
     node: u32,
 }
 
-/// The trees of all faces, with their mirrors on the device.
+/// The trees of all faces, with their arrays on the device.
 pub(super) struct Lookup {
     pub nodes: DeviceArray<GpuLookupNode>,
     pub roots: DeviceArray<GpuLookupRoot>,
@@ -88,8 +88,8 @@ impl Lookup {
         Ok(())
     }
 
-    fn place(&mut self, drawn: u32) -> &mut NodeSlot {
-        let index = drawn as usize;
+    fn place(&mut self, drawn_id: u32) -> &mut NodeSlot {
+        let index = drawn_id as usize;
         if index >= self.places.len() {
             self.places.resize(index + 1, NodeSlot { level: 0, node: NONE });
         }
@@ -110,7 +110,7 @@ impl Lookup {
             return;
         }
         let mut node = self.nodes.get(id);
-        if let Some(at) = node.drawn_triangles.iter().position(|&l| l == drawn.0) {
+        if let Some(at) = node.drawn_triangles.iter().position(|&listed| listed == drawn.0) {
             // The others move up, their codes with them.
             node.drawn_triangles.copy_within(at + 1.., at);
             node.drawn_triangles[3] = NONE;
@@ -135,7 +135,7 @@ impl Lookup {
         }
         self.prune(node);
         let mut record = self.nodes.get(node);
-        let Some(at) = record.drawn_triangles.iter().position(|&l| l == NONE) else {
+        let Some(at) = record.drawn_triangles.iter().position(|&listed| listed == NONE) else {
             return Err(Error::Internal("a node has more than four triangles".to_owned()));
         };
         record.drawn_triangles[at] = drawn.0;

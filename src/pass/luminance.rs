@@ -1,8 +1,8 @@
-//! Luminance: D and S of the drawn triangles, all of them or those that changed (method.md 7).
+//! Luminance: D and S of the drawn triangles, all of them or those that changed (docs/method/updates.md).
 
 use super::depth::Depth;
+use super::options::RendererOptions;
 use super::plan::{DepthTest, Plan, Step};
-use super::renderer::RendererOptions;
 use super::targets::Targets;
 use super::update::UpdateMode;
 use crate::error::Result;

@@ -70,7 +70,7 @@ impl Batch {
     }
 }
 
-/// The mesh with its mirrors on the device.
+/// The drawn triangles and their slots, with their arrays on the device.
 pub(super) struct LuminanceMesh {
     pub slots: DeviceArray<GpuSlot>,
     pub drawn_triangles: DeviceArray<GpuDrawnTriangle>,
@@ -83,7 +83,7 @@ pub(super) struct LuminanceMesh {
     serial: u32,
     /// Number of the last update.
     sequence: u64,
-    /// Largest D or S written since the last reset, for the scale of the attachments.
+    /// Largest D or S written since the last reset, W·sr⁻¹·m⁻², for the scale of the attachments.
     max_value: f32,
     /// Only a full draw can follow.
     needs_full: bool,
@@ -114,12 +114,12 @@ impl LuminanceMesh {
 
     /// The drawn triangles that make up the mesh, in ascending order.
     pub(super) fn drawn(&self) -> impl Iterator<Item = u32> {
-        (0..).zip(&self.states).filter(|(_, state)| state.drawn).map(|(drawn, _)| drawn)
+        (0..).zip(&self.states).filter(|(_, state)| state.drawn).map(|(id, _)| id)
     }
 
     /// Whether a drawn triangle is part of the mesh.
-    pub(super) fn is_drawn(&self, drawn: u32) -> bool {
-        self.states.get(drawn as usize).is_some_and(|state| state.drawn)
+    pub(super) fn is_drawn(&self, drawn_id: u32) -> bool {
+        self.states.get(drawn_id as usize).is_some_and(|state| state.drawn)
     }
 
     pub(super) const fn max_value(&self) -> f32 {
@@ -146,8 +146,8 @@ impl LuminanceMesh {
     }
 
     /// Corner positions of a drawn triangle.
-    pub(super) fn corners(&self, drawn: u32) -> [Vec3; 3] {
-        self.drawn_triangles.get(drawn).slots.map(|s| self.slots.get(s).position)
+    pub(super) fn corners(&self, drawn_id: u32) -> [Vec3; 3] {
+        self.drawn_triangles.get(drawn_id).slots.map(|s| self.slots.get(s).position)
     }
 
     /// What has waited longest, about `budget` drawn triangles of it, triangles before values; a draw follows.
@@ -156,8 +156,8 @@ impl LuminanceMesh {
         let mut taken = self.take_batches(budget - kept);
         let new: usize = taken.iter().map(|batch| batch.new.len()).sum();
         let values = self.take_values(budget.saturating_sub(new));
-        for drawn in taken.iter().flat_map(|batch| &batch.new) {
-            self.states[*drawn as usize].new_in = None;
+        for id in taken.iter().flat_map(|batch| &batch.new) {
+            self.states[*id as usize].new_in = None;
         }
         match taken.first_mut() {
             Some(batch) => batch.values = values,
@@ -197,12 +197,12 @@ impl LuminanceMesh {
     /// still to come, are dropped.
     fn take_values(&mut self, budget: usize) -> Vec<u32> {
         let mut taken = Vec::with_capacity(budget.min(self.values.len()));
-        while let Some(drawn) = self.values.front().copied().filter(|_| taken.len() < budget) {
+        while let Some(id) = self.values.front().copied().filter(|_| taken.len() < budget) {
             self.values.pop_front();
-            let state = &mut self.states[drawn as usize];
+            let state = &mut self.states[id as usize];
             state.waits = false;
             if state.drawn && state.new_in.is_none() {
-                taken.push(drawn);
+                taken.push(id);
             }
         }
         taken
@@ -212,12 +212,12 @@ impl LuminanceMesh {
     fn drop_pending(&mut self) -> u32 {
         self.serial += 1;
         let mut patches = self.values.len();
-        for drawn in self.values.drain(..) {
-            self.states[drawn as usize].waits = false;
+        for id in self.values.drain(..) {
+            self.states[id as usize].waits = false;
         }
         for batch in self.batches.drain(..) {
             patches += batch.patches.len();
-            batch.new.into_iter().for_each(|drawn| self.states[drawn as usize].new_in = None);
+            batch.new.into_iter().for_each(|id| self.states[id as usize].new_in = None);
         }
         patches as u32
     }
@@ -235,7 +235,7 @@ impl LuminanceMesh {
         for patch in &update.patches {
             let (old, new) = (drawn_ids(update, &patch.old)?, drawn_ids(update, &patch.new)?);
             let changes = old != new;
-            structural.push(changes.then(|| old.iter().map(|l| self.corners(l.0)).collect::<Vec<_>>()));
+            structural.push(changes.then(|| old.iter().map(|id| self.corners(id.0)).collect::<Vec<_>>()));
         }
         for (id, slot) in &update.slots {
             self.max_value = self.max_value.max(slot.diffuse.max_element()).max(slot.specular.max_element());
@@ -247,14 +247,14 @@ impl LuminanceMesh {
         for (patch, old_corners) in update.patches.iter().zip(structural) {
             match old_corners {
                 Some(corners) => self.replace(update, patch, corners)?,
-                None => drawn_ids(update, &patch.new)?.iter().for_each(|l| self.refresh(l.0)),
+                None => drawn_ids(update, &patch.new)?.iter().for_each(|id| self.refresh(id.0)),
             }
         }
         Ok(())
     }
 
-    fn state(&mut self, drawn: u32) -> &mut DrawnState {
-        let index = drawn as usize;
+    fn state(&mut self, drawn_id: u32) -> &mut DrawnState {
+        let index = drawn_id as usize;
         if index >= self.states.len() {
             self.states.resize(index + 1, DrawnState::NONE);
         }
@@ -285,10 +285,10 @@ impl LuminanceMesh {
     }
 
     /// The values of a drawn triangle changed, its triangle did not. One that is still to be drawn will have them.
-    fn refresh(&mut self, drawn: u32) {
-        let state = self.state(drawn);
+    fn refresh(&mut self, drawn_id: u32) {
+        let state = self.state(drawn_id);
         if state.drawn && state.new_in.is_none() && !std::mem::replace(&mut state.waits, true) {
-            self.values.push_back(drawn);
+            self.values.push_back(drawn_id);
         }
     }
 
@@ -297,20 +297,20 @@ impl LuminanceMesh {
         self.batch();
         let gone = drawn_ids(update, &patch.old)?;
         let serial = self.serial;
-        if gone.iter().any(|l| self.state(l.0).new_in == Some(serial)) {
+        if gone.iter().any(|id| self.state(id.0).new_in == Some(serial)) {
             // What it marks is drawn only by this batch.
             self.start_batch();
         }
-        gone.iter().for_each(|l| self.state(l.0).drawn = false);
+        gone.iter().for_each(|id| self.state(id.0).drawn = false);
         let serial = self.serial;
         let new = drawn_ids(update, &patch.new)?;
-        for drawn in new {
-            let state = self.state(drawn.0);
+        for id in new {
+            let state = self.state(id.0);
             (state.drawn, state.new_in) = (true, Some(serial));
         }
         let batch = self.batch();
         let start = batch.new.len();
-        batch.new.extend(new.iter().map(|l| l.0));
+        batch.new.extend(new.iter().map(|id| id.0));
         batch.patches.push(PendingPatch { old, new: start..start + new.len(), counted: false });
         Ok(())
     }

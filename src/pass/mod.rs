@@ -1,4 +1,4 @@
-//! The frame: visibility, colour, luminance, combine, read-back (method.md 7), and what they read.
+//! The frame: visibility, colour, luminance, combine, read-back (docs/method/updates.md), and what they read.
 //!
 //! [`Renderer`] is what commands use; `frame.rs` is the frame itself, readable top to bottom.
 
@@ -14,6 +14,7 @@ mod lit_materials;
 mod lookup;
 mod luminance;
 mod mesh;
+mod options;
 mod pixel_counts;
 mod plan;
 mod readback;
@@ -28,7 +29,8 @@ mod warm_up;
 
 pub use depth::{Depth, DepthFormat, DepthOrder};
 pub use frame::{FrameOptions, FrameStats};
+pub use options::RendererOptions;
 pub use pixel_counts::DrawnCounts;
 pub use readback::{Layers, LuminanceLayers};
-pub use renderer::{Renderer, RendererOptions};
+pub use renderer::Renderer;
 pub use update::UpdateMode;

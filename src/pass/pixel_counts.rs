@@ -1,4 +1,4 @@
-//! How many pixels each drawn drawn triangle covers: a histogram of the drawn triangle-id image.
+//! How many pixels each drawn triangle covers: a histogram of the image of their ids.
 
 use super::mesh::LuminanceMesh;
 use crate::refine::update::{DrawnId, DrawnPixels};
@@ -30,49 +30,49 @@ struct Counter {
 /// Neighbouring pixels that show the same drawn triangle of the same face.
 #[derive(Clone, Copy, Default)]
 struct Run {
-    /// DrawnTriangle and face, plus 1.
-    drawn: u32,
+    /// Ids of the drawn triangle and of the face, plus 1.
+    drawn_id: u32,
     face: u32,
     counter: Counter,
 }
 
 impl Histogram {
-    /// Counts; `drawn triangles` and `faces` hold drawn triangle and face of each pixel, plus 1, in rows of the view's width. Rays pass through
-    /// the pixels' centres + `jitter`.
+    /// Counts; `drawn_ids` and `faces` hold the drawn triangle and the face of each pixel, plus 1, in rows of the
+    /// view's width. Rays pass through the pixels' centres + `jitter`.
     pub(super) fn count(
         &mut self,
-        (drawn_triangles, faces): (&[u32], &[u32]),
+        (drawn_ids, faces): (&[u32], &[u32]),
         mesh: &LuminanceMesh,
         (view, jitter): (&View, Vec2),
     ) -> DrawnCounts {
         let mut counts = DrawnCounts::default();
         // Neighbours mostly are alike: what they are is looked up once a run.
         let mut run = Run::default();
-        for (pixel, (&drawn, &face)) in drawn_triangles.iter().zip(faces).enumerate() {
-            if (drawn, face) != (run.drawn, run.face) {
+        for (pixel, (&drawn_id, &face)) in drawn_ids.iter().zip(faces).enumerate() {
+            if (drawn_id, face) != (run.drawn_id, run.face) {
                 self.add(run, mesh, &mut counts);
-                run = Run { drawn, face, counter: Counter { pixels: 0, first: pixel } };
+                run = Run { drawn_id, face, counter: Counter { pixels: 0, first: pixel } };
             }
             run.counter.pixels += 1;
         }
         self.add(run, mesh, &mut counts);
         let ray = |pixel: usize| view.direction(view.size.centre_of(pixel) + jitter);
         let counted = self.counters.iter_mut().zip(0..).filter(|(counter, _)| counter.pixels > 0);
-        counts.drawn_triangles.extend(counted.map(|(counter, drawn)| {
+        counts.drawn_triangles.extend(counted.map(|(counter, id)| {
             let Counter { pixels, first } = std::mem::take(counter);
-            DrawnPixels { drawn: DrawnId(drawn), pixels, ray: Some(ray(first)) }
+            DrawnPixels { drawn: DrawnId(id), pixels, ray: Some(ray(first)) }
         }));
         counts
     }
 
     fn add(&mut self, run: Run, mesh: &LuminanceMesh, counts: &mut DrawnCounts) {
         let Counter { pixels, first } = run.counter;
-        match (run.drawn.checked_sub(1), run.face.checked_sub(1)) {
+        match (run.drawn_id.checked_sub(1), run.face.checked_sub(1)) {
             (_, None) => {}
             (None, _) => counts.uncovered += pixels,
             // A drawn triangle that is drawn no more has kept pixels in cracks between those that replaced it.
-            (Some(drawn), Some(face)) if mesh.is_drawn(drawn) && mesh.drawn_triangles.get(drawn).face == face => {
-                let index = drawn as usize;
+            (Some(id), Some(face)) if mesh.is_drawn(id) && mesh.drawn_triangles.get(id).face == face => {
+                let index = id as usize;
                 if index >= self.counters.len() {
                     self.counters.resize(index + 1, Counter::default());
                 }

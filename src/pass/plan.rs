@@ -2,7 +2,6 @@
 
 use super::colouring::Projector;
 use super::mesh::{Batch, LuminanceMesh};
-use super::update::{Context, UpdateMode};
 use glam::Vec3;
 
 /// One draw, or a clear between draws. Ranges are (first triangle, triangles).
@@ -12,7 +11,7 @@ pub(super) enum Step {
     Full { drawn_triangles: (u32, u32), on_face: bool },
     /// Depth to the background, where there is none.
     Background,
-    /// Drawn triangles drawn before, with other values: depth EQUAL.
+    /// Drawn triangles that are on the images, with other values: depth EQUAL.
     Values { drawn_triangles: (u32, u32), on_face: bool },
     /// Drawn triangles where the id image shows their face; `depth`: written too.
     OnFace { drawn_triangles: (u32, u32), depth: bool },
@@ -28,8 +27,8 @@ pub(super) enum Step {
     MarkedExported { drawn_triangles: (u32, u32) },
     /// Drawn triangles against the depth that is there; `on_face`: and only where the id image shows the drawn triangle's face.
     ByDepth { drawn_triangles: (u32, u32), on_face: bool, test: DepthTest },
-    /// Pixels of changed drawn triangles (of all where the images were cleared) find them by descending from their face.
-    /// `drawn triangles` lists them.
+    /// Pixels of changed drawn triangles (of all where the images were cleared) find them by descending from their
+    /// face. `drawn_triangles` lists them.
     Lookup { drawn_triangles: (u32, u32) },
 }
 
@@ -71,8 +70,8 @@ pub(super) fn choose_counted(
     for (b, batch) in batches.iter().enumerate().filter(|_| budget > 0) {
         for (p, patch) in batch.patches.iter().enumerate().filter(|(_, patch)| !patch.old.is_empty()) {
             let drawn_triangles = &batch.new[patch.new.clone()];
-            if drawn_triangles.iter().any(|&l| visible.shows(mesh, l)) {
-                let area: f32 = drawn_triangles.iter().map(|&l| projector.area(mesh.corners(l))).sum();
+            if drawn_triangles.iter().any(|&id| visible.shows(mesh, id)) {
+                let area: f32 = drawn_triangles.iter().map(|&id| projector.area(mesh.corners(id))).sum();
                 candidates.push((area, b, p));
             }
         }
@@ -90,7 +89,7 @@ pub(super) fn choose_counted(
 /// The draws of a frame.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Plan {
-    /// DrawnTriangle ids that the draws of drawn triangles index.
+    /// Ids of drawn triangles that the draws index.
     pub list: Vec<u32>,
     /// Corners that the marking draws index.
     pub marks: Vec<Vec3>,
@@ -104,7 +103,7 @@ pub(super) struct Plan {
     pub queried: Vec<(u32, usize)>,
     /// Whether the images are cleared first.
     pub clear: bool,
-    /// Drawn triangles drawn, all steps together.
+    /// Triangles drawn, all steps together.
     pub triangles_drawn: u32,
 }
 
@@ -117,29 +116,29 @@ pub(super) struct Visible<'a> {
 }
 
 impl Visible<'_> {
-    pub(super) fn shows(&self, mesh: &LuminanceMesh, drawn: u32) -> bool {
-        self.faces.get(mesh.drawn_triangles.get(drawn).face as usize).copied().unwrap_or(false)
+    pub(super) fn shows(&self, mesh: &LuminanceMesh, drawn_id: u32) -> bool {
+        self.faces.get(mesh.drawn_triangles.get(drawn_id).face as usize).copied().unwrap_or(false)
     }
 
     /// Whether every visible face has a drawn triangle among these.
-    fn all_have_leaves(&self, mesh: &LuminanceMesh, drawn_triangles: &[u32]) -> bool {
+    fn all_are_covered(&self, mesh: &LuminanceMesh, drawn_triangles: &[u32]) -> bool {
         let mut missing = self.faces.to_vec();
-        drawn_triangles.iter().for_each(|&l| missing[mesh.drawn_triangles.get(l).face as usize] = false);
+        drawn_triangles.iter().for_each(|&id| missing[mesh.drawn_triangles.get(id).face as usize] = false);
         !missing.contains(&true)
     }
 
-    pub(super) fn goes_by_id(&self, mesh: &LuminanceMesh, drawn: u32) -> bool {
-        self.by_id.get(mesh.drawn_triangles.get(drawn).triangle().0 as usize).copied().unwrap_or(false)
+    pub(super) fn goes_by_id(&self, mesh: &LuminanceMesh, drawn_id: u32) -> bool {
+        self.by_id.get(mesh.drawn_triangles.get(drawn_id).triangle().0 as usize).copied().unwrap_or(false)
     }
 }
 
 impl Plan {
-    /// Every drawn drawn triangle of a visible face.
+    /// Every drawn triangle of a visible face that is part of the mesh.
     pub(super) fn full(mesh: &LuminanceMesh, visible: &Visible<'_>) -> Self {
         let mut plan = Self { clear: true, ..Self::default() };
         // By id, so that equal depths resolve alike however the set came about.
-        let drawn_triangles: Vec<u32> = mesh.drawn().filter(|&l| visible.shows(mesh, l)).collect();
-        if visible.all_have_leaves(mesh, &drawn_triangles) {
+        let drawn_triangles: Vec<u32> = mesh.drawn().filter(|&id| visible.shows(mesh, id)).collect();
+        if visible.all_are_covered(mesh, &drawn_triangles) {
             plan.split_by_id(mesh, visible, drawn_triangles, |drawn_triangles, on_face| Step::Full {
                 drawn_triangles,
                 on_face,
@@ -153,13 +152,6 @@ impl Plan {
         plan
     }
 
-    /// All that changed, in order, the way of the mode.
-    pub(super) fn patches(mode: UpdateMode, context: &Context<'_>, batches: &[Batch]) -> Self {
-        let mut plan = Self::default();
-        batches.iter().for_each(|batch| mode.draw(&mut plan, context, batch));
-        plan
-    }
-
     /// Every pixel of a visible face with drawn triangles, looked up.
     pub(super) fn full_lookup() -> Self {
         Self { clear: true, steps: vec![Step::Lookup { drawn_triangles: (0, 0) }, Step::Background], ..Self::default() }
@@ -168,7 +160,7 @@ impl Plan {
     /// Drawn triangles of patches where nothing was drawn yet: there is nothing to compare with.
     pub(super) fn draw_fresh(&mut self, mesh: &LuminanceMesh, visible: &Visible<'_>, batch: &Batch) {
         let fresh = batch.patches.iter().filter(|p| p.old.is_empty()).flat_map(|p| &batch.new[p.new.clone()]);
-        let drawn_triangles = self.extend(fresh.copied().filter(|&l| visible.shows(mesh, l)));
+        let drawn_triangles = self.extend(fresh.copied().filter(|&id| visible.shows(mesh, id)));
         self.draw(drawn_triangles, Step::OnFace { drawn_triangles, depth: true });
     }
 
@@ -196,17 +188,17 @@ impl Plan {
         self.draw_fresh(mesh, visible, batch);
         let of = |counted: bool| {
             let patches = batch.patches.iter().filter(move |p| p.counted == counted && !p.old.is_empty());
-            patches.flat_map(|p| &batch.new[p.new.clone()]).copied().filter(|&l| visible.shows(mesh, l))
+            patches.flat_map(|p| &batch.new[p.new.clone()]).copied().filter(|&id| visible.shows(mesh, id))
         };
-        let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
+        let values = batch.values.iter().copied().filter(|&id| visible.shows(mesh, id));
         self.split_by_id(mesh, visible, values.chain(of(false)), |drawn_triangles, on_face| Step::ByDepth {
             drawn_triangles,
             on_face,
             test,
         });
-        for drawn in of(true) {
-            let on_face = visible.goes_by_id(mesh, drawn);
-            self.draw_counted([drawn], |drawn_triangles| Step::ByDepth { drawn_triangles, on_face, test });
+        for id in of(true) {
+            let on_face = visible.goes_by_id(mesh, id);
+            self.draw_counted([id], |drawn_triangles| Step::ByDepth { drawn_triangles, on_face, test });
         }
     }
 
@@ -216,9 +208,9 @@ impl Plan {
         drawn_triangles: impl IntoIterator<Item = u32>,
         step: impl Fn((u32, u32)) -> Step,
     ) {
-        for drawn in drawn_triangles {
-            let range = self.extend([drawn]);
-            self.queried.push((drawn, self.steps.len()));
+        for id in drawn_triangles {
+            let range = self.extend([id]);
+            self.queried.push((id, self.steps.len()));
             self.steps.push(step(range));
         }
     }
@@ -243,7 +235,7 @@ impl Plan {
         step: impl Fn((u32, u32), bool) -> Step,
     ) {
         let (by_id, by_depth): (Vec<u32>, Vec<u32>) =
-            drawn_triangles.into_iter().partition(|&l| visible.goes_by_id(mesh, l));
+            drawn_triangles.into_iter().partition(|&id| visible.goes_by_id(mesh, id));
         for (list, on_face) in [(by_depth, false), (by_id, true)] {
             let range = self.extend(list);
             self.draw(range, step(range, on_face));

@@ -9,35 +9,35 @@ use half::f16;
 /// The layers of a frame, a value a pixel, row by row from the top left; radiometric units, linear Rec.709.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layers {
-    /// L = L_e + k_d D + k_s S; A is the coverage.
+    /// L = L_e + k_d D + k_s S, W·sr⁻¹·m⁻²; A is the coverage.
     pub combined: Vec<[f32; 4]>,
-    /// Emitted radiance L_e.
+    /// Emitted radiance L_e, W·sr⁻¹·m⁻².
     pub le: Vec<[f32; 3]>,
     /// Diffuse reflectance k_d.
     pub kd: Vec<[f32; 3]>,
     /// Specular reflectance k_s.
     pub ks: Vec<[f32; 3]>,
-    /// Diffuse luminance D.
+    /// Diffuse luminance D, W·sr⁻¹·m⁻².
     pub d: Vec<[f32; 3]>,
-    /// Specular luminance S.
+    /// Specular luminance S, W·sr⁻¹·m⁻².
     pub s: Vec<[f32; 3]>,
     /// Face id + 1; 0 without geometry.
     pub face_id: Vec<u32>,
-    /// DrawnTriangle id + 1; 0 where no drawn triangle was drawn.
+    /// Id of the drawn triangle + 1; 0 where none was drawn.
     pub drawn_id: Vec<u32>,
 }
 
 /// The luminance images, a value a pixel, row by row from the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LuminanceLayers {
-    /// Diffuse luminance D as drawn: 0 where no drawn triangle was.
+    /// Diffuse luminance D as drawn, W·sr⁻¹·m⁻²: 0 where no drawn triangle was.
     pub d: Vec<[f32; 3]>,
-    /// Specular luminance S.
+    /// Specular luminance S, W·sr⁻¹·m⁻².
     pub s: Vec<[f32; 3]>,
     /// Times that each pixel was written since all drawn triangles were drawn, that time included, where the renderer was made to count
     /// them; else 1 where a drawn triangle was drawn. Exact up to 2048.
     pub writes: Vec<u16>,
-    /// DrawnTriangle id + 1; 0 where no drawn triangle was drawn.
+    /// Id of the drawn triangle + 1; 0 where none was drawn.
     pub drawn_id: Vec<u32>,
 }
 

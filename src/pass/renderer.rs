@@ -3,11 +3,11 @@
 use super::colour::Colour;
 use super::combine::Combine;
 use super::counters::Counters;
-use super::depth::{Depth, DepthOrder};
 use super::device_array::DeviceArray;
 use super::lookup::Lookup;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
+use super::options::RendererOptions;
 use super::pixel_counts::{DrawnCounts, Histogram};
 use super::readback::{Layers, LuminanceLayers, ReadBack};
 use super::scene_buffers::SceneBuffers;
@@ -15,8 +15,7 @@ use super::shared::FrameUniform;
 use super::targets::Targets;
 use super::update::UpdateMode;
 use super::visibility::{Visibility, count_pixels};
-use super::warm_up;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::refine::update::{DrawnPixels, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{FaceId, Scene};
@@ -45,57 +44,6 @@ impl Passes {
             luminance: Luminance::new(device, bindings, options)?,
             combine: Combine::new(device, bindings, options.depth)?,
         })
-    }
-}
-
-/// What a renderer is made for.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RendererOptions {
-    /// How depth is kept.
-    pub depth: Depth,
-    /// Update modes that its frames may ask for.
-    pub modes: Vec<UpdateMode>,
-    /// Whether to count how often each pixel is written ([`Renderer::read_luminance`]).
-    pub count_writes: bool,
-    /// Whether the pixels of changed drawn triangles are counted as they are drawn ([`Renderer::atomic_counts`]).
-    pub atomic_counts: bool,
-}
-
-impl RendererOptions {
-    /// The best depth, the modes `stencil` and `id`, nothing counted.
-    ///
-    /// # Errors
-    /// None: the device was chosen for having such a format.
-    pub fn new(device: &Device) -> Result<Self> {
-        let depth = Depth::new(device, None, DepthOrder::default())?;
-        let modes = vec![UpdateMode::Stencil, UpdateMode::Id];
-        Ok(Self { depth, modes, count_writes: false, atomic_counts: false })
-    }
-
-    /// Whether a device can do what is asked for.
-    ///
-    /// # Errors
-    /// [`Error::NoDevice`] naming a feature that it lacks, [`Error::Usage`] for what does not go together.
-    pub fn check(&self, device: &Device) -> Result<()> {
-        let report = device.report();
-        for &mode in &self.modes {
-            mode.check(report)?;
-            self.depth.check(mode)?;
-            if self.atomic_counts && mode == UpdateMode::StencilExport {
-                let message = "--pixel-counts atomic: with --update stencil-export fragments are tested after they count; \
-                    take query or histogram";
-                return Err(Error::Usage(message.to_owned()));
-            }
-        }
-        let lacks =
-            |feature: &str, what: &str| Error::NoDevice(format!("{} lacks {feature}, which {what} needs", report.name));
-        if self.atomic_counts && !report.optional.fragment_atomics {
-            return Err(lacks("the feature fragmentStoresAndAtomics", "--pixel-counts atomic"));
-        }
-        if self.count_writes && !report.optional.independent_blend {
-            return Err(lacks("the feature independentBlend", "counting the writes of pixels"));
-        }
-        Ok(())
     }
 }
 
@@ -148,39 +96,23 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// Compiles the pipelines and draws a miniature with each, so that no frame waits for the driver's compiler and
-    /// the stencil mode is known to work. Needs no scene: it can run while one loads. `size` is that of the frames to come
-    /// ([`Self::resize`] still makes their images).
-    ///
-    /// # Errors
-    /// [`crate::error::Error::Exhausted`] when memory runs out.
-    pub fn new(device: Arc<Device>, size: ImageSize) -> Result<Self> {
-        let options = RendererOptions::new(&device)?;
-        Self::with_options(device, size, options)
-    }
-
-    /// As [`Self::new`], made for what the options say.
-    ///
-    /// # Errors
-    /// Also as [`RendererOptions::check`].
-    pub fn with_options(device: Arc<Device>, size: ImageSize, options: RendererOptions) -> Result<Self> {
-        options.check(&device)?;
+    /// A renderer that has drawn nothing, for frames of `size` until it is [resized](Self::resize).
+    pub(super) fn cold(device: Arc<Device>, size: ImageSize, options: RendererOptions) -> Result<Self> {
         let mut commands = Commands::new(&device, "frame")?;
         let mut bindings = Bindings::new(&device, "frame", 6)?;
         let uniform = Buffer::new(&device, "uniform", size_of::<FrameUniform>() as u64, BufferUse::Stream)?;
-        let miniature = warm_up::miniature_size(size);
-        let targets = Targets::new(&device, &mut commands, miniature, options.depth)?;
+        let targets = Targets::new(&device, &mut commands, size, options.depth)?;
         bindings.bind_uniform(&uniform);
         bindings.bind_images(&targets.sampled());
         let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 45.0 };
-        let mut renderer = Self {
+        Ok(Self {
             passes: Passes::new(&device, &bindings, &options)?,
-            read_back: ReadBack::new(&device, miniature.pixels())?,
+            read_back: ReadBack::new(&device, size.pixels())?,
             scene: SceneBuffers::new(&device, &mut commands, &Scene::default())?,
             mesh: LuminanceMesh::new(&device)?,
             drawn_list: DeviceArray::new(&device, "drawn list")?,
             marks: DeviceArray::new(&device, "marks")?,
-            view: View::new(&camera, miniature, 1.0),
+            view: View::new(&camera, size, 1.0),
             jitter: Vec2::ZERO,
             filter_width: 1.0,
             face_ids: Vec::new(),
@@ -203,9 +135,7 @@ impl Renderer {
             bindings,
             commands,
             device,
-        };
-        renderer.warm_up()?;
-        Ok(renderer)
+        })
     }
 
     /// The device that it draws on.
@@ -333,8 +263,8 @@ impl Renderer {
         &self.query_counts
     }
 
-    /// Drawn triangles drawn as parts of patches by the last frame, with the pixels that each was drawn to; none unless the renderer
-    /// was made to count them, or after a frame that drew all drawn triangles.
+    /// Drawn triangles of the patches that the last frame drew, with the pixels that each was drawn to; none unless the
+    /// renderer was made to count them, or after a frame that drew all drawn triangles.
     #[must_use]
     pub fn atomic_counts(&self) -> &[DrawnPixels] {
         self.counters.last()

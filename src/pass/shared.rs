@@ -1,9 +1,7 @@
 //! The structs that host and shaders share; `glsl/include/frame.glsl` is the other side, checked when compiling.
 
-use super::texture_maps::TextureMaps;
 use crate::refine::update::{DrawnTriangle, Slot};
 use crate::scene::TriangleId;
-use crate::scene::material::Material;
 use crate::vk::shaders::host_matches_shader;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -42,8 +40,11 @@ pub(super) struct FrameUniform {
     pub down: [f32; 3],
     pub pixel: [f32; 2],
     pub jitter: [f32; 2],
+    /// What D and S, W·sr⁻¹·m⁻², are multiplied by in images.
     pub luminance_scale: f32,
+    /// What L_e, W·sr⁻¹·m⁻², is multiplied by in images.
     pub emission_scale: f32,
+    /// What radiance is multiplied by before tone mapping.
     pub exposure: f32,
     pub tone_mapping: u32,
     pub emits_back: u32,
@@ -92,6 +93,7 @@ pub(super) struct GpuMaterial {
     pub map_kd: u32,
     pub ks: [f32; 3],
     pub map_d: u32,
+    /// Emitted radiance, W·sr⁻¹·m⁻².
     pub ke: [f32; 3],
     pub map_ke: u32,
 }
@@ -116,7 +118,9 @@ pub(super) struct GpuTexture {
 pub(super) struct GpuSlot {
     pub position: Vec3,
     pub weight: f32,
+    /// Diffuse luminance D, W·sr⁻¹·m⁻².
     pub diffuse: Vec3,
+    /// Specular luminance S, W·sr⁻¹·m⁻².
     pub specular: Vec3,
 }
 
@@ -169,19 +173,6 @@ host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT, diffus
 host_matches_shader!(GpuLookupNode, lookup_node, { child: CHILD, stamp: STAMP, codes: CODES, drawn_triangles: DRAWN_TRIANGLES });
 host_matches_shader!(GpuLookupRoot, lookup_root, { node: NODE, stamp: STAMP });
 host_matches_shader!(GpuDrawnTriangle, drawn_triangle, { slots: SLOTS, face: FACE, flat_slot: FLAT_SLOT });
-
-impl GpuMaterial {
-    pub(super) fn new(material: &Material, maps: &TextureMaps) -> Self {
-        Self {
-            kd: material.kd.to_array(),
-            map_kd: maps.index(material.map_kd.as_ref()),
-            ks: material.ks.to_array(),
-            map_d: maps.index(material.map_d.as_ref()),
-            ke: material.ke.to_array(),
-            map_ke: maps.index(material.map_ke.as_ref()),
-        }
-    }
-}
 
 impl From<&Slot> for GpuSlot {
     fn from(slot: &Slot) -> Self {

@@ -13,24 +13,25 @@ pub(super) struct Targets {
     /// Face id + 1, 0 without geometry.
     pub ids: Image,
     pub visibility_depth: Image,
-    /// k_d; A is the coverage.
+    /// k_d, linear; A is the coverage.
     pub kd: Image,
+    /// k_s, linear.
     pub ks: Image,
-    /// L_e times the emission scale.
+    /// L_e, W·sr⁻¹·m⁻², times the emission scale.
     pub emission: Image,
-    /// D times the luminance scale; A is 1 where a drawn triangle was drawn, 0 elsewhere.
+    /// D, W·sr⁻¹·m⁻², times the luminance scale; A is 1 where a drawn triangle was drawn, 0 elsewhere.
     pub diffuse: Image,
     /// S likewise.
     pub specular: Image,
-    /// DrawnTriangle id + 1, 0 where none was drawn.
+    /// Id of the drawn triangle + 1, 0 where none was drawn.
     pub drawn_ids: Image,
     /// The luminance pass's own: it holds the depth of drawn triangles, not of the scene's triangles.
     pub luminance_depth: Image,
     /// The picture as displayed.
     pub display: Image,
-    /// The picture in linear light; A is the coverage.
+    /// The picture in linear light, radiance in W·sr⁻¹·m⁻²; A is the coverage.
     pub linear: Image,
-    /// D and S with values where no drawn triangle was drawn but a face shows.
+    /// D and S, W·sr⁻¹·m⁻², times the luminance scale, with values where no drawn triangle was drawn but a face shows.
     pub filled_diffuse: Image,
     pub filled_specular: Image,
 }

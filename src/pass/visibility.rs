@@ -73,7 +73,7 @@ impl Visibility {
 
 /// Pixels of each visible face, by face, from an id image; `faces` is the number of faces of the scene.
 pub(super) fn count_pixels(ids: &[u32], faces: usize) -> Vec<(FaceId, u32)> {
-    // A table of all faces beats a hash map and a GPU reduction alike: 0.1 to 0.4 ms (lavapipe.md 4).
+    // A table of all faces beats a hash map and a GPU reduction alike: 0.1 to 0.4 ms (docs/lavapipe.md).
     let mut counts = vec![0u32; faces + 1];
     for &id in ids {
         if let Some(count) = counts.get_mut(id as usize) {

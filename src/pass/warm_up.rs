@@ -1,7 +1,8 @@
 //! A miniature run of every pass: it makes the driver compile all variants of the shaders (at the first draw, 25 to
-//! 68 ms each without a disk cache, lavapipe.md 7) and finds out whether the stencil mode can be trusted.
+//! 68 ms each without a disk cache, docs/lavapipe.md) and finds out whether the stencil mode can be trusted.
 
 use super::frame::FrameOptions;
+use super::options::RendererOptions;
 use super::renderer::Renderer;
 use super::update::UpdateMode;
 use crate::error::Result;
@@ -10,22 +11,46 @@ use crate::scene::camera::{Camera, ImageSize};
 use crate::scene::material::{Material, MaterialId};
 use crate::scene::texture::{Texture, TextureId};
 use crate::scene::{Display, FaceId, Scene};
+use crate::vk::Device;
 use glam::{Vec2, Vec3};
+use std::sync::Arc;
 
 /// Triangles of the miniature: enough for depths of all slopes to be compared.
 const TRIANGLES: u32 = 48;
 
 /// The size of the miniature that stands for frames of `size`. llvmpipe compiles shaders anew for images whose sides
 /// are powers of two where those before were not, or the other way round: each side must be of the same sort.
-pub(super) fn miniature_size(size: ImageSize) -> ImageSize {
+fn miniature_size(size: ImageSize) -> ImageSize {
     let side = |pixels: u32| if pixels.is_power_of_two() { 64 } else { 60 };
     ImageSize { width: side(size.width), height: side(size.height) }
 }
 
 impl Renderer {
+    /// Compiles the pipelines and draws a miniature with each, so that no frame waits for the driver's compiler and the
+    /// stencil mode is known to work. Needs no scene: it can run while one loads. `size` is that of the frames to come
+    /// ([`Self::resize`] still makes their images).
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn new(device: Arc<Device>, size: ImageSize) -> Result<Self> {
+        let options = RendererOptions::new(&device)?;
+        Self::with_options(device, size, options)
+    }
+
+    /// As [`Self::new`], made for what the options say.
+    ///
+    /// # Errors
+    /// Also as [`RendererOptions::check`].
+    pub fn with_options(device: Arc<Device>, size: ImageSize, options: RendererOptions) -> Result<Self> {
+        options.check(&device)?;
+        let mut renderer = Self::cold(device, miniature_size(size), options)?;
+        renderer.warm_up()?;
+        Ok(renderer)
+    }
+
     /// Runs every pass in every mode of the options; sets whether patches drawn through the stencil cover what a full draw
     /// covered.
-    pub(super) fn warm_up(&mut self) -> Result<()> {
+    fn warm_up(&mut self) -> Result<()> {
         let scene = miniature();
         let size = self.targets.size;
         self.load(&scene)?;

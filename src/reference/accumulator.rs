@@ -1,7 +1,7 @@
-//! The image in the making.
+//! A reference image while it is sampled: sums of each pixel.
 
-use super::Settings;
 use super::path::{Sample, Tracer};
+use super::settings::Settings;
 use crate::light::context::SceneContext;
 use crate::math::combine;
 use crate::scene::camera::{ImageSize, View};
@@ -18,7 +18,7 @@ struct PixelSums {
     tied: bool,
 }
 
-/// An image in the making: sums over passes of one sample a pixel, of all pixels or of some.
+/// A reference image while it is sampled: sums over passes of one sample a pixel, of all pixels or of some.
 pub struct Accumulator {
     size: ImageSize,
     /// Index of each pixel that is sampled, row by row.
@@ -49,10 +49,10 @@ pub fn random_pixels(size: ImageSize, count: usize) -> Vec<u32> {
 /// Mean and variance of the mean, pixel by pixel.
 #[derive(Clone, Debug, Default)]
 pub struct ReferenceImage {
-    /// Mean radiance, and the share of the pixel that geometry covers.
+    /// Mean radiance, W·sr⁻¹·m⁻², and the share of the pixel that geometry covers.
     pub mean: Vec<Vec4>,
-    /// Variance of the mean, each channel, as if samples were independent. They are spread more evenly than that, so it is
-    /// an upper bound on average; 0 after a single sample.
+    /// Variance of the mean, each channel, (W·sr⁻¹·m⁻²)², as if samples were independent. They are spread more evenly
+    /// than that, so it is an upper bound on average; 0 after a single sample.
     pub variance: Vec<Vec3>,
     /// Whether a pixel counts in comparisons: sampled, covered in every sample, no emitter seen directly, and no edge through
     /// a centre at which it is sampled, where raster and ray may show different sides.
@@ -148,7 +148,7 @@ impl Accumulator {
 }
 
 impl PixelSums {
-    /// Mean radiance and coverage; variance of the mean.
+    /// Mean radiance, W·sr⁻¹·m⁻², and coverage; variance of the mean, (W·sr⁻¹·m⁻²)².
     fn mean_and_variance(&self, samples: u32) -> (Vec4, Vec3) {
         let n = f64::from(samples.max(1));
         let mean = self.sum / n;

@@ -1,13 +1,11 @@
 //! Light straight from the sources, found by sampling them.
 
-use super::path::Tracer;
 use super::random::Random;
+use super::settings::{Settings, Strategy, Transport};
 use super::surface::Surface;
-use super::{Settings, Strategy, Transport};
 use crate::geom::Ray;
 use crate::light::context::SceneContext;
-use crate::light::lights::{Source, delta_arrival};
-use crate::light::selection::{Drawn, LightChoice};
+use crate::light::selection::{LightChoice, SampledLight};
 use crate::math::luminance;
 use crate::scene::TriangleId;
 use glam::Vec3;
@@ -23,7 +21,7 @@ pub struct Shadow {
     pub ray: Ray,
     /// Index of the sample.
     pub sample: usize,
-    /// What arrives at the eye if nothing lies on the ray.
+    /// What arrives at the eye if nothing lies on the ray, W·sr⁻¹·m⁻².
     pub light: Vec3,
 }
 
@@ -33,16 +31,31 @@ pub struct Lit<'a> {
     pub surface: &'a Surface,
     /// Index of the sample.
     pub sample: usize,
-    /// What of the light there reaches the eye.
+    /// What of the light there reaches the eye, a number.
     pub throughput: Vec3,
     /// Bounces before.
     pub bounces: u32,
 }
 
-impl Tracer<'_> {
+/// Samples the lights at points of paths.
+pub struct DirectLight<'a> {
+    context: &'a SceneContext<'a>,
+    settings: Settings,
+    /// The choice of a light where it was last asked for.
+    choice: LightChoice,
+    /// Shadow rays that are still to be traced.
+    pub shadows: Vec<Shadow>,
+}
+
+impl<'a> DirectLight<'a> {
+    /// Nothing sampled yet.
+    pub fn new(context: &'a SceneContext<'a>, settings: Settings) -> Self {
+        Self { context, settings, choice: LightChoice::default(), shadows: Vec::new() }
+    }
+
     /// Samples the direct light reflected at a point of a path: `point` chooses that of the first light. Returns what
     /// [`Self::expected`] refers to.
-    pub(super) fn direct(&mut self, lit: Lit<'_>, random: &Random, point: [f32; 2]) -> f32 {
+    pub fn sample(&mut self, lit: Lit<'_>, random: &Random, point: [f32; 2]) -> f32 {
         let (context, settings, Lit { surface, .. }) = (self.context, self.settings, lit);
         let mut add = |light: usize, expected: f32, k: u32| {
             let point = if k == 0 { point } else { random.other_light(k) };
@@ -60,23 +73,23 @@ impl Tracer<'_> {
         for k in 0..drawn {
             // Evenly spread, so that strong lights get their shares.
             let pick = (random.pick() + k as f32) / drawn as f32;
-            if let Some(Drawn { light, inverse_chance }) = self.choice.draw(context.lights, pick) {
+            if let Some(SampledLight { light, inverse_chance }) = self.choice.draw(context.lights, pick) {
                 add(light, drawn as f32 / inverse_chance, k);
             }
         }
         self.choice.total() / drawn as f32
     }
 
-    /// How many samples of a light [`Self::direct`] takes at a surface on average, where it returned `bounds`.
+    /// How many samples of a light [`Self::sample`] takes at a surface on average, where it returned `bounds`.
     fn expected(&self, surface: &Surface, bounds: f32, light: usize) -> f32 {
         let lights = self.context.lights;
         let at = (surface.origin, surface.normal);
         if lights.sources.len() <= SAMPLE_ALL { 1.0 } else { LightChoice::chance_of(lights, at, bounds, light) }
     }
 
-    /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the rest
-    /// is left to [`Self::direct`], which returned `bounds`.
-    pub(super) fn share_of_hit(
+    /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the
+    /// rest is left to [`Self::sample`], which returned `bounds`.
+    pub fn share_of_hit(
         &self,
         surface: &Surface,
         bounds: f32,
@@ -86,18 +99,19 @@ impl Tracer<'_> {
     ) -> f32 {
         let lights = self.context.lights;
         let Some(light) = lights.of_triangle(triangle) else { return 1.0 };
-        match (self.settings.strategy, &lights.sources[light]) {
-            (Strategy::Lights, _) => 0.0,
-            (Strategy::Both, Source::Area(area)) => {
-                let of_point = area.density_for((surface.origin, surface.normal), offset);
+        match self.settings.strategy {
+            Strategy::Lights => 0.0,
+            Strategy::Both => {
+                let of_point = lights.sources[light].density_for((surface.origin, surface.normal), offset);
                 share(density, self.expected(surface, bounds, light) * of_point)
             }
-            _ => 1.0,
+            Strategy::Reflection => 1.0,
         }
     }
 }
 
-/// One sample of one light, of as many as are expected: a shadow ray, and what is reflected if nothing lies on it.
+/// One sample of one light, of as many as are expected: a shadow ray, and what is reflected if nothing lies on it,
+/// W·sr⁻¹·m⁻².
 fn light_of(
     context: &SceneContext<'_>,
     settings: Settings,
@@ -106,11 +120,11 @@ fn light_of(
     point: [f32; 2],
 ) -> Option<(Ray, Vec3)> {
     let both = settings.transport != Transport::Direct;
-    let arrival = match &context.lights.sources[light] {
-        Source::Delta(kind) => delta_arrival(kind, surface.origin)?,
-        Source::Area(_) if both && settings.strategy == Strategy::Reflection => return None,
-        Source::Area(area) => area.sample_for(context.scene, (surface.origin, surface.normal), point)?,
-    };
+    let source = &context.lights.sources[light];
+    if both && settings.strategy == Strategy::Reflection && !source.is_delta() {
+        return None;
+    }
+    let arrival = source.sample_for(context.scene, (surface.origin, surface.normal), point)?;
     let response = surface.response(arrival.direction);
     let value = surface.reflect(response) * arrival.facing;
     let weighed = arrival.measure > 0.0 && both && settings.strategy == Strategy::Both;

@@ -1,13 +1,12 @@
 //! Paths from the eye, many at a time: step by step all of them rather than one after the other. So a step finds its code and tables in
 //! the processor's caches, and memory answers for some paths while others are computed.
 
-use super::direct::{Lit, Shadow};
+use super::direct::{DirectLight, Lit};
 use super::random::Random;
+use super::settings::{Filter, Settings, Transport};
 use super::surface::{Bounce, Surface};
-use super::{Filter, Settings, Transport};
 use crate::geom::{Hit, Ray};
 use crate::light::context::SceneContext;
-use crate::light::selection::LightChoice;
 use crate::math::combine;
 use crate::scene::camera::View;
 use crate::scene::footprint::Footprint;
@@ -21,6 +20,7 @@ const MAX_SURVIVAL: f32 = 0.98;
 /// One sample of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
+    /// Radiance, W·sr⁻¹·m⁻².
     pub radiance: Vec3,
     /// Whether it met geometry.
     pub hit: bool,
@@ -52,9 +52,9 @@ struct Path {
     /// Where it is.
     hit: Hit,
     surface: Surface,
-    /// What of the light at the surface reaches the eye.
+    /// What of the light at the surface reaches the eye, a number.
     throughput: Vec3,
-    /// What [`Tracer::direct`] returned there.
+    /// What [`DirectLight::sample`] returned there.
     bounds: f32,
     /// Where it goes on from there, once that is drawn.
     bounce: Option<Bounce>,
@@ -62,12 +62,10 @@ struct Path {
 
 /// Traces paths.
 pub struct Tracer<'a> {
-    pub(super) context: &'a SceneContext<'a>,
-    pub(super) settings: Settings,
-    /// The choice of a light where direct light was last sampled.
-    pub(super) choice: LightChoice,
-    /// Shadow rays of the paths.
-    pub(super) shadows: Vec<Shadow>,
+    context: &'a SceneContext<'a>,
+    settings: Settings,
+    /// Samples the lights, and holds the shadow rays of the paths.
+    direct: DirectLight<'a>,
     paths: Vec<Path>,
     hits: Vec<Option<Hit>>,
     rays: u64,
@@ -83,8 +81,8 @@ fn primary(view: &View, point: Vec2) -> Ray {
 impl<'a> Tracer<'a> {
     /// A tracer that has traced nothing.
     pub fn new(context: &'a SceneContext<'a>, settings: Settings) -> Self {
-        let (choice, shadows, paths, hits) = (LightChoice::default(), Vec::new(), Vec::new(), Vec::new());
-        Self { context, settings, choice, shadows, paths, hits, rays: 0 }
+        let direct = DirectLight::new(context, settings);
+        Self { context, settings, direct, paths: Vec::new(), hits: Vec::new(), rays: 0 }
     }
 
     /// Rays traced so far.
@@ -135,7 +133,7 @@ impl<'a> Tracer<'a> {
         let scene = self.context.scene;
         // Many points of a pixel filter textures by themselves; a single one does as the colour pass.
         let width = if self.settings.filter == Filter::Point { 1.0 } else { 0.0 };
-        let footprint = Footprint::of_pixel(scene, view, hit.triangle, point, width);
+        let footprint = Footprint::of_pixel(scene.corners(hit.triangle), view, point, width);
         let mut surface = Surface::new(scene, &primary(view, point), hit);
         surface.paint(scene.kd_over(hit.triangle, hit.u, hit.v, &footprint));
         self.paths.push(Path { sample, seed, hit: *hit, surface, throughput: Vec3::ONE, bounds: 0.0, bounce: None });
@@ -157,7 +155,7 @@ impl<'a> Tracer<'a> {
 
     /// Samples the lights and draws a direction where each path is; those end that have none.
     fn sample_lights(&mut self, bounces: u32, index: u32) {
-        self.shadows.clear();
+        self.direct.shadows.clear();
         let mut paths = std::mem::take(&mut self.paths);
         paths.retain_mut(|path| {
             let random = Random::new(path.seed, bounces, index);
@@ -165,7 +163,7 @@ impl<'a> Tracer<'a> {
             path.bounds = {
                 let Path { surface, sample, throughput, .. } = &*path;
                 let lit = Lit { surface, sample: *sample, throughput: *throughput, bounces };
-                self.direct(lit, &random, [s, t])
+                self.direct.sample(lit, &random, [s, t])
             };
             if self.settings.transport != Transport::Direct {
                 path.bounce = path.surface.bounce([u, v], || random.lobe());
@@ -177,8 +175,8 @@ impl<'a> Tracer<'a> {
 
     /// Adds what of the sampled light is not hidden.
     fn add_light(&mut self, samples: &mut [Sample]) {
-        self.rays += self.shadows.len() as u64;
-        for shadow in &self.shadows {
+        self.rays += self.direct.shadows.len() as u64;
+        for shadow in &self.direct.shadows {
             if !self.context.bvh.occluded(self.context.scene, &shadow.ray) {
                 samples[shadow.sample].radiance += shadow.light;
             }
@@ -221,13 +219,14 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// What is emitted where a bounce ended, `offset` away, as far as sampling the lights at the surface before leaves it.
+    /// What is emitted where a bounce ended, W·sr⁻¹·m⁻², `offset` away, as far as sampling the lights at the surface
+    /// before leaves it.
     fn emitted(&self, from: &Path, bounce: &Bounce, hit: &Hit, offset: Vec3) -> Vec3 {
         let scene = self.context.scene;
         if !scene.face_emits(hit.face()) {
             return Vec3::ZERO;
         }
-        let share = self.share_of_hit(&from.surface, from.bounds, hit.triangle, offset, bounce.density);
+        let share = self.direct.share_of_hit(&from.surface, from.bounds, hit.triangle, offset, bounce.density);
         scene.emitted_at(hit.face(), hit.u, hit.v) * share
     }
 

@@ -1,16 +1,16 @@
 //! A surface point as the reflection model sees it: evaluation, and directions drawn by it.
 
-use crate::bsdf::lobe;
-use crate::geom::{Hit, Ray};
-use crate::light::lights::Arrival;
+use crate::bsdf::{lobe, lobe_density, sample_diffuse, sample_lobe};
+use crate::geom::{Hit, Ray, offset};
+use crate::light::arrival::Arrival;
 use crate::math::triangle::unit_normal;
 use crate::scene::Scene;
 use glam::Vec3;
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI};
 
 /// The point that a ray hit, with the material there.
 pub struct Surface {
-    /// The point itself.
+    /// The point itself, scene units.
     pub point: Vec3,
     /// Where rays start and light is evaluated: a little off the facet. Rounding would put half of the points of a lamp's back
     /// in front of it, where it fills the hemisphere.
@@ -22,7 +22,7 @@ pub struct Surface {
     to_eye: Vec3,
     kd: Vec3,
     ks: Vec3,
-    /// Diffuse reflectance that stands for the highlight.
+    /// Diffuse reflectance that stands for the highlight, without unit.
     spread: Vec3,
     shininess: f32,
     /// Whether the highlight shows light straight from the sources only.
@@ -46,7 +46,7 @@ pub struct Bounce {
     pub ray: Ray,
     /// Density with which it was drawn, sr⁻¹.
     pub density: f32,
-    /// f_r cosθ / density for light of a source that the ray hits.
+    /// f_r cosθ / density, a number, for light of a source that the ray hits.
     pub of_source: Vec3,
     /// The same for light that comes from beyond.
     pub of_beyond: Vec3,
@@ -58,10 +58,9 @@ impl Surface {
         let point = hit.position(scene, ray);
         let facet = unit_normal(scene.corners(hit.triangle)) * if hit.back { -1.0 } else { 1.0 };
         let material = scene.material(hit.triangle);
-        let scale = point.abs().max_element().max(hit.t);
         Self {
             point,
-            origin: point + facet * (scale * 4e-6),
+            origin: offset::origin(point, facet, offset::scale_of_hit(point, hit.t), offset::HIT),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
             to_eye: -ray.direction,
@@ -87,8 +86,7 @@ impl Surface {
 
     /// The ray to a light.
     pub fn ray_to(&self, arrival: &Arrival) -> Ray {
-        // Short of the light, whose own surface must not hide it.
-        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * (1.0 - 1e-4) }
+        Ray { origin: self.origin, direction: arrival.direction, t_max: arrival.distance * offset::SHORT_OF_LIGHT }
     }
 
     pub fn response(&self, direction: Vec3) -> Response {
@@ -103,26 +101,25 @@ impl Surface {
         self.ks.max_element() > 0.0
     }
 
-    /// f_r cosθ.
+    /// f_r cosθ, sr⁻¹.
     pub fn reflect(&self, response: Response) -> Vec3 {
         (self.kd * FRAC_1_PI + self.ks * response.lobe) * response.cosine
     }
 
     /// Density with which [`Self::bounce`] draws a direction, sr⁻¹.
     pub fn density(&self, response: Response) -> f32 {
-        let drawn_lobe = response.lobe * ((self.shininess + 1.0) / (self.shininess + 2.0));
-        (1.0 - self.glossy) * FRAC_1_PI * response.cosine + self.glossy * drawn_lobe
+        let of_lobe = lobe_density(self.shininess, response.lobe);
+        (1.0 - self.glossy) * FRAC_1_PI * response.cosine + self.glossy * of_lobe
     }
 
     /// Draws a direction by `u` ∈ [0, 1)²: by the cosine, or by the lobe about the mirrored eye, as `choice` ∈ [0, 1) says, which
     /// is asked for only where there is a choice. `None` where it points into the surface: below the facet, or where nothing is
     /// reflected.
-    pub fn bounce(&self, [u, v]: [f32; 2], choice: impl Fn() -> f32) -> Option<Bounce> {
+    pub fn bounce(&self, u: [f32; 2], choice: impl Fn() -> f32) -> Option<Bounce> {
         let direction = if self.glossy > 0.0 && choice() < self.glossy {
-            let mirrored = 2.0 * self.normal.dot(self.to_eye) * self.normal - self.to_eye;
-            around(mirrored, u.powf((self.shininess + 1.0).recip()), v)
+            sample_lobe(self.shininess, self.normal, self.to_eye, u)
         } else {
-            around(self.normal, u.sqrt(), v)
+            sample_diffuse(self.normal, u)
         };
         let response = self.response(direction);
         let density = self.density(response);
@@ -141,12 +138,4 @@ impl Surface {
 fn glossy_share(kd: Vec3, ks: Vec3, shininess: f32) -> f32 {
     let highlight = ks.element_sum();
     if highlight > 0.0 && shininess >= WIDE { highlight / (highlight + kd.element_sum()) } else { 0.0 }
-}
-
-/// The unit direction at angle acos(`cosine`) from a unit `axis`, turned about it by `turn` ∈ [0, 1).
-fn around(axis: Vec3, cosine: f32, turn: f32) -> Vec3 {
-    let (x, y) = axis.any_orthonormal_pair();
-    let (sin, cos) = (turn * TAU).sin_cos();
-    let radius = (1.0 - cosine * cosine).max(0.0).sqrt();
-    x * (radius * cos) + y * (radius * sin) + axis * cosine
 }

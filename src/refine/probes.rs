@@ -95,7 +95,7 @@ impl Engine {
             for (source, beside) in emitter.sources().filter(|(_, beside)| *beside != Vec3::ZERO) {
                 let factor = factor * beside;
                 let least = (floor + hidden.surplus) / (visible * factor.max_element());
-                let Some(peak) = triangle.peak(&self.scene, source, least) else { continue };
+                let Some(peak) = triangle.peak(source, least) else { continue };
                 let drawn = Vec3::from(shown).dot(Vec3::from(peak.at));
                 let surplus = luminance(peak.specular * factor) * visible - drawn;
                 if surplus > hidden.surplus {

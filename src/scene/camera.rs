@@ -7,7 +7,7 @@ use glam::{Mat4, Vec2, Vec3};
 pub struct Camera {
     /// Eye position, scene units.
     pub position: Vec3,
-    /// Point looked at.
+    /// Point looked at, scene units.
     pub look_at: Vec3,
     /// Up vector, any length, not parallel to the view.
     pub up: Vec3,
@@ -51,7 +51,7 @@ impl ImageSize {
 /// A camera's orthonormal frame scaled to an image: the ray through a pixel is linear in its coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// Eye position.
+    /// Eye position, scene units.
     pub eye: Vec3,
     /// Unit view direction.
     pub forward: Vec3,
@@ -108,7 +108,7 @@ impl View {
         (distance > self.near).then(|| (Vec2::new(along(self.right), along(self.down)) + 1.0) * 0.5 * size)
     }
 
-    /// SceneContext to Vulkan clip space (y down), reversed depth with an infinite far plane: z/w = near / distance.
+    /// World space to Vulkan clip space (y down), reversed depth with an infinite far plane: z/w = near / distance.
     ///
     /// `jitter` shifts the image: pixel (x, y) is sampled at its centre + `jitter` (pixels, each in [−½, ½]).
     #[must_use]

@@ -1,7 +1,6 @@
 //! How much of a surface a pixel covers: what textures are filtered over.
 
 use super::camera::View;
-use super::{Scene, TriangleId};
 use glam::{Vec2, Vec3};
 
 /// By how much the barycentrics (of corners 1 and 2) change across a pixel on the plane of a triangle.
@@ -17,15 +16,14 @@ impl Footprint {
     /// That of a point: nothing is filtered.
     pub const POINT: Self = Self { d_dx: Vec2::ZERO, d_dy: Vec2::ZERO };
 
-    /// The footprint of a square of `width` pixels about the image point `pixel`, by the rays through the point and
-    /// through the points `width` to its right and below it, as the colour pass has it. Not finite where one of the rays
-    /// runs along the plane.
+    /// The footprint on a triangle of a square of `width` pixels about the image point `pixel`, by the rays through the
+    /// point and through the points `width` to its right and below it, as the colour pass has it. Not finite where one
+    /// of the rays runs along the plane.
     #[must_use]
-    pub fn of_pixel(scene: &Scene, view: &View, triangle: TriangleId, pixel: Vec2, width: f32) -> Self {
+    pub fn of_pixel(corners: [Vec3; 3], view: &View, pixel: Vec2, width: f32) -> Self {
         if width == 0.0 {
             return Self::POINT;
         }
-        let corners = scene.corners(triangle);
         let at = |offset: Vec2| barycentrics(corners, view.eye, view.direction(pixel + offset));
         let centre = at(Vec2::ZERO);
         Self { d_dx: at(Vec2::X * width) - centre, d_dy: at(Vec2::Y * width) - centre }

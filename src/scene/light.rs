@@ -1,6 +1,6 @@
 //! Lights: those of the scene file, and one area light a connected emissive component.
 
-use super::TriangleId;
+use super::ids::TriangleId;
 use glam::Vec3;
 
 /// A light source.
@@ -15,7 +15,7 @@ pub struct Light {
 /// The kinds of light. Units are radiometric, linear Rec.709 RGB.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightKind {
-    /// A point light: E = I cosθ / d².
+    /// A point light: irradiance E = I cosθ / d².
     Point {
         /// Position, scene units.
         position: Vec3,

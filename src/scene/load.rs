@@ -1,7 +1,6 @@
 //! Loading a scene: a scene file or a bare OBJ, its materials and textures; every fault with its place.
 
 use super::coplanar::Coplanar;
-use super::framing::UpAxis;
 use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, MaterialId, TextureMap};
@@ -12,6 +11,7 @@ use super::report::Report;
 use super::scene_file::{self, Description};
 use super::subject::Subject;
 use super::texture::Texture;
+use super::up_axis::UpAxis;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
 use glam::DVec3;
@@ -237,7 +237,7 @@ struct Slots {
     no_material: u32,
 }
 
-/// Where the stock has the materials of an OBJ, by their numbers.
+/// Where the material library has the materials of an OBJ, by their numbers.
 fn find_materials(file: &ObjFile, library: &mut MaterialLibrary, report: &mut Report) -> Vec<Option<usize>> {
     let library = library.open_libraries(&file.path, &file.text.libraries, report);
     file.text.materials.iter().map(|named| library.find(&named.name)).collect()

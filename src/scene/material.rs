@@ -44,9 +44,9 @@ impl TextureMap {
 pub struct Material {
     /// The name in the MTL file.
     pub name: String,
-    /// Diffuse reflectance (`Kd`), linear; multiplied by `map_kd` where there is one.
+    /// Diffuse reflectance k_d (`Kd`), linear, without unit; multiplied by `map_kd` where there is one.
     pub kd: Vec3,
-    /// Specular reflectance (`Ks`), linear.
+    /// Specular reflectance k_s (`Ks`), linear, without unit.
     pub ks: Vec3,
     /// Phong exponent s (`Ns`).
     pub shininess: f32,
@@ -54,7 +54,7 @@ pub struct Material {
     pub ke: Vec3,
     /// Diffuse texture, at most 1.
     pub map_kd: Option<TextureMap>,
-    /// Emission texture, which may be brighter than 1.
+    /// Emission texture, which `ke` is multiplied by; it may be brighter than 1.
     pub map_ke: Option<TextureMap>,
     /// Cut-out mask (one channel, linear): opaque at ≥ 0.5.
     pub map_d: Option<TextureMap>,

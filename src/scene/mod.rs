@@ -7,12 +7,14 @@ pub mod camera;
 pub mod camera_path;
 mod commas;
 pub mod coplanar;
+mod coplanar_search;
 mod emitters;
 mod extent;
 mod find_file;
 pub mod footprint;
 pub mod framing;
 pub mod horizon;
+mod ids;
 mod input;
 pub mod light;
 pub mod load;
@@ -42,7 +44,10 @@ mod textures;
 mod toml_walk;
 mod transparency;
 mod union;
+pub mod up_axis;
 mod vertex_colours;
+
+pub use ids::{FaceId, TriangleId};
 
 use crate::math::triangle::unit_normal;
 use camera::NamedCamera;
@@ -52,35 +57,6 @@ use glam::{DVec3, Vec2, Vec3};
 use light::Light;
 use material::{Material, MaterialId, TextureMap};
 use texture::Texture;
-
-/// A triangle of the scene: index into [`Scene::triangles`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct TriangleId(pub u32);
-
-/// One side of a triangle, the unit that receives light: a wall seen from both sides has two independent faces.
-///
-/// Packed as `triangle << 1 | side`; side 0 is the counter-clockwise (front) side. On the GPU the id image holds
-/// `FaceId + 1`, and 0 where there is no geometry.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct FaceId(pub u32);
-
-impl FaceId {
-    /// The face of `triangle` on its front (`back == false`) or back side.
-    #[must_use]
-    pub const fn new(triangle: TriangleId, back: bool) -> Self {
-        Self(triangle.0 << 1 | back as u32)
-    }
-    /// The triangle this is a side of.
-    #[must_use]
-    pub const fn triangle(self) -> TriangleId {
-        TriangleId(self.0 >> 1)
-    }
-    /// Whether this is the clockwise side.
-    #[must_use]
-    pub const fn is_back(self) -> bool {
-        self.0 & 1 == 1
-    }
-}
 
 /// What a scene displays when nothing on the command line says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -260,7 +236,7 @@ impl Scene {
         self.emitted_over(face, u, v, &Footprint::POINT)
     }
 
-    /// Emitted radiance L_e, its texture filtered over a footprint about a point.
+    /// Emitted radiance L_e, W·sr⁻¹·m⁻², its texture filtered over a footprint about a point.
     #[must_use]
     pub fn emitted_over(&self, face: FaceId, u: f32, v: f32, footprint: &Footprint) -> Vec3 {
         if !self.face_emits(face) {

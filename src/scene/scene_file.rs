@@ -1,10 +1,10 @@
 //! The scene file: TOML that names geometry and places cameras and lights.
 
 use super::camera::{Camera, NamedCamera};
-use super::framing::UpAxis;
 use super::light::{Light, LightKind};
 use super::report::Report;
 use super::toml_walk::{At, Document, Table};
+use super::up_axis::UpAxis;
 use super::{Display, EmissionSide, ToneMapping};
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;

@@ -4,8 +4,8 @@
 //! them, the model is a dot, or hidden behind the dome.
 
 use super::Scene;
-use super::framing::UpAxis;
 use super::parts::{self, Part};
+use super::up_axis::UpAxis;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 

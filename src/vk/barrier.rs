@@ -1,8 +1,9 @@
 //! Every barrier of the program.
 //!
-//! Passes run one after the other on one queue, so a single memory barrier at the end of each is exact enough: it
-//! costs 0.02 µs when nothing is in flight (lavapipe.md 2) and it cannot be forgotten. That matters because
-//! synchronisation validation does not track the attachments of dynamic rendering: a clean run proves nothing there.
+//! Passes run one after the other on one queue, so a single memory barrier at the end of each is exact enough: it costs
+//! 0.02 µs when nothing is in flight on the software rasteriser (docs/lavapipe.md) and it cannot be forgotten. That
+//! matters because synchronisation validation does not track the attachments of dynamic rendering: a clean run proves
+//! nothing there.
 
 use super::image::Image;
 use ash::vk;

@@ -9,7 +9,7 @@ use std::ffi::{CStr, c_char};
 
 /// Face ids.
 pub const ID_FORMAT: vk::Format = vk::Format::R32_UINT;
-/// Colours and luminances: method.md 2's 128-bit pixels.
+/// k_d, k_s, L_e, D and S: of two such images a pixel has 128 bits, as in [FP03 §4.3].
 pub const COLOUR_FORMAT: vk::Format = vk::Format::R16G16B16A16_SFLOAT;
 /// The displayed picture; the shader encodes sRGB itself.
 pub const DISPLAY_FORMAT: vk::Format = vk::Format::R8G8B8A8_UNORM;

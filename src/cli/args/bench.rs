@@ -4,7 +4,7 @@ use super::{CpuArgs, DeviceArgs, RefinementArgs};
 use crate::cli::values;
 use crate::error::{Error, Result};
 use crate::image::atomic;
-use crate::scene::framing::UpAxis;
+use crate::scene::up_axis::UpAxis;
 use clap::{Args, Subcommand};
 use std::path::PathBuf;
 use std::time::Duration;

@@ -5,7 +5,7 @@ use crate::cli::values;
 use crate::compare::replay::MAX_UPDATES;
 use crate::pass::{DepthFormat, DepthOrder, UpdateMode};
 use crate::scene::camera::ImageSize;
-use crate::scene::framing::UpAxis;
+use crate::scene::up_axis::UpAxis;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 

@@ -18,7 +18,7 @@ use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
 use crate::refine::options::Priority;
 use crate::scene::camera::ImageSize;
-use crate::scene::framing::UpAxis;
+use crate::scene::up_axis::UpAxis;
 use crate::scene::{Display, ToneMapping};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rayon::ThreadPool;

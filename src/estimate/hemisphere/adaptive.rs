@@ -6,7 +6,7 @@
 //! ray a cell. A cell's key falls by no more than 16 times a split, so that none is starved for ever.
 
 use super::cells::{Cell, Queue, Tracer};
-use super::{Gathered, Sample};
+use super::sample::{Gathered, Sample};
 use crate::math::hemisphere::Mixture;
 use crate::math::sequence::Sequence;
 use glam::Vec3;
@@ -29,24 +29,24 @@ pub fn gather(
 ) -> Gathered {
     let pilot = Pilot::new(rays.end - rays.start, mixture.lobes() as u32);
     let mut tracer = Tracer::new(mixture, sequence, rays, radiance);
-    let mut leaves = tracer.grid(pilot.rows, pilot.columns);
+    let mut cells = tracer.grid(pilot.rows, pilot.columns);
     let mut queue = Queue::default();
-    for leaf in 0..leaves.len() {
-        queue.push(pilot.spread(&leaves, leaf) * leaves[leaf].area(), leaf);
+    for cell in 0..cells.len() {
+        queue.push(pilot.spread(&cells, cell) * cells[cell].area(), cell);
     }
     while tracer.affords(3)
-        && let Some((key, leaf)) = queue.pop()
+        && let Some((key, cell)) = queue.pop()
     {
-        let quarters = split(&leaves[leaf], &mut tracer);
+        let quarters = split(&cells[cell], &mut tracer);
         let luminances = || quarters.iter().map(Cell::luminance);
         let spread = luminances().fold(f32::MIN, f32::max) - luminances().fold(f32::MAX, f32::min);
         for (i, quarter) in quarters.into_iter().enumerate() {
-            let at = if i == 0 { leaf } else { leaves.len() };
+            let at = if i == 0 { cell } else { cells.len() };
             queue.push((spread * quarter.area()).max(key * DECAY), at);
-            if i == 0 { leaves[at] = quarter } else { leaves.push(quarter) }
+            if i == 0 { cells[at] = quarter } else { cells.push(quarter) }
         }
     }
-    tracer.finish(&leaves, sink)
+    tracer.finish(&cells, sink)
 }
 
 /// The quarters of a cell; its ray stays in the one that it passes through.
@@ -73,7 +73,7 @@ impl Pilot {
         Self { rows, columns, height }
     }
 
-    /// The greatest difference of luminance between a cell and its neighbours in the same strip.
+    /// The greatest difference of luminance, W·sr⁻¹·m⁻², between a cell and its neighbours in the same strip.
     fn spread(&self, cells: &[Cell], cell: usize) -> f32 {
         let (row, column) = (cell as u32 / self.columns, cell as u32 % self.columns);
         let sideways = [(row, (column + 1) % self.columns), (row, (column + self.columns - 1) % self.columns)];

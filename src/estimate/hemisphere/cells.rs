@@ -1,6 +1,6 @@
 //! Cells of the square that stands for a hemisphere, one ray each, and the queue of those to split.
 
-use super::{Gathered, Sample};
+use super::sample::{Gathered, Sample};
 use crate::math::hemisphere::{Direction, Mixture};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;
@@ -95,24 +95,24 @@ impl<'a, R: FnMut(u32, Vec3) -> Vec3> Tracer<'a, R> {
         Some(Cell { low, size, point, direction, radiance: (self.radiance)(index, direction.direction) })
     }
 
-    /// Luminance of what a cell adds to the irradiance, the mean over all normals.
+    /// Luminance of what a cell adds to the irradiance, W·m⁻², the mean over all normals.
     pub fn irradiance(&self, cell: &Cell) -> f32 {
         let Direction { direction, measure } = cell.direction;
         cell.area() * measure * self.mixture.mean_cosine(direction) * cell.luminance()
     }
 
     /// Hands the cells out as samples.
-    pub fn finish(self, leaves: &[Cell], mut sink: impl FnMut(Sample)) -> Gathered {
-        let samples = leaves.len() as u32;
-        for leaf in leaves {
-            let Direction { direction, measure } = leaf.direction;
-            sink(Sample { direction, radiance: leaf.radiance, weight: leaf.area() * samples as f32 * measure });
+    pub fn finish(self, cells: &[Cell], mut sink: impl FnMut(Sample)) -> Gathered {
+        let samples = cells.len() as u32;
+        for cell in cells {
+            let Direction { direction, measure } = cell.direction;
+            sink(Sample { direction, radiance: cell.radiance, weight: cell.area() * samples as f32 * measure });
         }
         Gathered { rays: self.traced, samples }
     }
 }
 
-/// Leaves by key, the largest first; among equals the one that waits longest.
+/// Cells by key, the largest first; among equals the one that waits longest.
 #[derive(Default)]
 pub struct Queue {
     heap: BinaryHeap<Entry>,
@@ -120,22 +120,22 @@ pub struct Queue {
 }
 
 impl Queue {
-    /// Queues leaf number `leaf`.
-    pub fn push(&mut self, key: f32, leaf: usize) {
-        self.heap.push(Entry { key, serial: self.pushed, leaf });
+    /// Queues cell number `cell`.
+    pub fn push(&mut self, key: f32, cell: usize) {
+        self.heap.push(Entry { key, serial: self.pushed, cell });
         self.pushed += 1;
     }
 
-    /// The key and number of the leaf to split next.
+    /// The key and number of the cell to split next.
     pub fn pop(&mut self) -> Option<(f32, usize)> {
-        self.heap.pop().map(|entry| (entry.key, entry.leaf))
+        self.heap.pop().map(|entry| (entry.key, entry.cell))
     }
 }
 
 struct Entry {
     key: f32,
     serial: u32,
-    leaf: usize,
+    cell: usize,
 }
 
 impl Ord for Entry {

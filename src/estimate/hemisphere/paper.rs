@@ -6,7 +6,7 @@
 //! relative to the irradiance, so that it holds in any unit.
 
 use super::cells::{Cell, Queue, Tracer};
-use super::{Gathered, Sample};
+use super::sample::{Gathered, Sample};
 use crate::math::hemisphere::Mixture;
 use crate::math::sequence::Sequence;
 use glam::Vec3;
@@ -48,15 +48,15 @@ pub fn gather(
     let rows = GRID[0] * mixture.lobes() as u32;
     let mut tracer = Tracer::new(mixture, sequence, rays, radiance);
     // With fewer rays than the grid has cells, there is a sector a ray.
-    let mut leaves = if cap < rows * GRID[1] { tracer.grid(1, cap) } else { tracer.grid(rows, GRID[1]) };
+    let mut cells = if cap < rows * GRID[1] { tracer.grid(1, cap) } else { tracer.grid(rows, GRID[1]) };
     let mut queue = Queue::default();
-    (0..leaves.len()).for_each(|leaf| queue.push(f32::INFINITY, leaf));
-    let mut irradiance: f32 = leaves.iter().map(|leaf| tracer.irradiance(leaf)).sum();
+    (0..cells.len()).for_each(|cell| queue.push(f32::INFINITY, cell));
+    let mut irradiance: f32 = cells.iter().map(|cell| tracer.irradiance(cell)).sum();
     let mut homogeneous = 0.0;
     while tracer.affords(4)
-        && let Some((_, leaf)) = queue.pop()
+        && let Some((_, cell)) = queue.pop()
     {
-        let parent = leaves[leaf];
+        let parent = cells[cell];
         let quarters: Vec<Cell> = parent.quarters().into_iter().filter_map(|q| tracer.shoot(q)).collect();
         let change = quarters.iter().map(|q| tracer.irradiance(q)).sum::<f32>() - tracer.irradiance(&parent);
         irradiance += change;
@@ -67,15 +67,15 @@ pub fn gather(
             homogeneous += parent.area();
         }
         for (i, quarter) in quarters.into_iter().enumerate() {
-            let at = if i == 0 { leaf } else { leaves.len() };
+            let at = if i == 0 { cell } else { cells.len() };
             if !even {
                 queue.push(deviation(&quarter) * quarter.area(), at);
             }
-            if i == 0 { leaves[at] = quarter } else { leaves.push(quarter) }
+            if i == 0 { cells[at] = quarter } else { cells.push(quarter) }
         }
         if homogeneous >= thresholds.homogeneous && change.abs() <= 4.0 * thresholds.convergence * irradiance {
             break;
         }
     }
-    tracer.finish(&leaves, sink)
+    tracer.finish(&cells, sink)
 }

@@ -4,7 +4,7 @@
 //! as large as all rounds before it keeps the whole stratified. Scrambling makes each single point uniform, hence any
 //! range without bias.
 
-use super::{Gathered, Sample};
+use super::sample::{Gathered, Sample};
 use crate::math::hemisphere::{Direction, Mixture};
 use crate::math::sequence::Sequence;
 use glam::Vec3;

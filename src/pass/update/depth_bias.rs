@@ -1,7 +1,7 @@
 //! `depth-bias`: new triangles, brought nearer by as much as the planes of a triangle and of its parts may differ, where they are
 //! not farther than what was drawn first: depth is not written, so that the bias does not add up from level to level.
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;
 use crate::pass::plan::{DepthTest, Plan};
 

@@ -1,7 +1,7 @@
 //! `depth-equal`: new triangles where they are exactly as far as what was drawn last, and their depth written. It misses what
 //! `depth-less-equal` misses on one side of the old plane, and the same again on the other.
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;
 use crate::pass::plan::{DepthTest, Plan};
 

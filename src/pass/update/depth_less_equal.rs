@@ -1,7 +1,7 @@
 //! `depth-less-equal`: new triangles where they are not farther than what was drawn last, and their depth written. The
 //! planes of a triangle and of its parts differ in their last bits, so that about half of the pixels stay as they were.
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;
 use crate::pass::plan::{DepthTest, Plan};
 

@@ -1,6 +1,6 @@
 //! `full`: every visible drawn triangle is drawn anew whatever changed. What the other modes are measured against.
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;
 use crate::pass::plan::Plan;
 

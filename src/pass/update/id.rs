@@ -1,7 +1,7 @@
 //! `id`: new triangles where the face-id image shows their face. One draw for all patches; depth is neither read nor
 //! written.
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;
 use crate::pass::plan::{Plan, Step};
 
@@ -12,9 +12,9 @@ fn draw(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
     let Context { mesh, visible, .. } = context;
     let of = |counted: bool| {
         let patches = batch.patches.iter().filter(move |p| p.counted == counted);
-        patches.flat_map(|p| &batch.new[p.new.clone()]).copied().filter(|&l| visible.shows(mesh, l))
+        patches.flat_map(|p| &batch.new[p.new.clone()]).copied().filter(|&id| visible.shows(mesh, id))
     };
-    let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
+    let values = batch.values.iter().copied().filter(|&id| visible.shows(mesh, id));
     let drawn_triangles = plan.extend(values.chain(of(false)));
     plan.draw_on_face(drawn_triangles);
     plan.draw_counted(of(true), |drawn_triangles| Step::OnFace { drawn_triangles, depth: false });

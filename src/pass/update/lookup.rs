@@ -1,7 +1,7 @@
 //! `lookup`: no triangles are drawn. Each pixel of a changed drawn triangle finds it by descending from its face, and interpolates by
 //! its barycentrics: what is exact needs no test.
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;
 use crate::pass::plan::{Plan, Step};
 
@@ -11,7 +11,7 @@ pub(super) const SHAPE: Shape =
 /// Which drawn triangles changed stands in their trees: one draw serves all batches of a frame.
 fn draw(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
     let Context { mesh, visible, .. } = context;
-    let changed = batch.values.iter().chain(&batch.new).copied().filter(|&l| visible.shows(mesh, l));
+    let changed = batch.values.iter().chain(&batch.new).copied().filter(|&id| visible.shows(mesh, id));
     let (first, count) = plan.extend(changed);
     match plan.steps.last_mut() {
         Some(Step::Lookup { drawn_triangles }) => drawn_triangles.1 += count,

@@ -1,4 +1,5 @@
-//! Update modes: how changed patches get into the luminance images (method.md 7). A file a mode, all of one shape.
+//! Update modes: how changed patches get into the luminance images (docs/method/updates.md). A file a mode, all of one
+//! shape.
 //!
 //! docs/update-modes.md compares them.
 
@@ -8,15 +9,17 @@ mod depth_less_equal;
 mod full;
 mod id;
 mod lookup;
+mod shape;
 mod stencil;
 mod stencil_export;
 
-use super::colouring::Projector;
-use super::mesh::{Batch, LuminanceMesh};
-use super::plan::{Plan, Visible};
+pub(super) use shape::Context;
+
+use super::mesh::Batch;
+use super::plan::Plan;
 use crate::error::{Error, Result};
-use crate::scene::camera::ImageSize;
 use crate::vk::DeviceReport;
+use shape::Shape;
 
 /// How changed patches get into the luminance images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
@@ -38,33 +41,6 @@ pub enum UpdateMode {
     StencilExport,
     /// No triangles: pixels of changed drawn triangles find them from face id and barycentrics.
     Lookup,
-}
-
-/// What all modes are made of.
-pub(super) struct Shape {
-    /// The name that options and reports use.
-    name: &'static str,
-    /// Whether it needs a stencil.
-    stencil: bool,
-    /// Whether it tests against the depth that was drawn before.
-    reads_depth: bool,
-    /// Whether the device has what it needs; else the feature's name.
-    lacks: fn(&DeviceReport) -> Option<&'static str>,
-    /// The draws of a batch.
-    draw: fn(&mut Plan, &Context<'_>, &Batch),
-}
-
-/// A mode that any device has the features for.
-const fn lacks_nothing(_: &DeviceReport) -> Option<&'static str> {
-    None
-}
-
-/// What the draws of a batch are planned from.
-pub(super) struct Context<'a> {
-    pub mesh: &'a LuminanceMesh,
-    pub visible: &'a Visible<'a>,
-    pub projector: &'a Projector,
-    pub size: ImageSize,
 }
 
 impl UpdateMode {
@@ -122,9 +98,11 @@ impl UpdateMode {
         matches!(self, Self::StencilExport | Self::Lookup)
     }
 
-    /// Plans the draws of a batch.
-    pub(super) fn draw(self, plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
-        (self.shape().draw)(plan, context, batch);
+    /// Plans the draws of all that changed, in order.
+    pub(super) fn plan(self, context: &Context<'_>, batches: &[Batch]) -> Plan {
+        let mut plan = Plan::default();
+        batches.iter().for_each(|batch| (self.shape().draw)(&mut plan, context, batch));
+        plan
     }
 
     pub(super) const fn reads_depth(self) -> bool {

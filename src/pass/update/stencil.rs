@@ -1,10 +1,10 @@
 //! `stencil`, the paper's way [FP03 §4.1.3]: the old triangles of a patch mark its pixels by depth EQUAL, the new ones are
 //! drawn where they did, over any depth, and leave their own.
 //!
-//! Patches that may overlap on the screen need references of their own: their faces are coloured, and two draws a colour
-//! serve all patches (lavapipe.md 2).
+//! Patches that may overlap on the screen need references of their own: their faces are coloured, and two draws a
+//! colour serve all patches (docs/lavapipe.md).
 
-use super::{Context, Shape, lacks_nothing};
+use super::shape::{Context, Shape, lacks_nothing};
 use crate::pass::colouring::{COLOURS, Cells, Colouring};
 use crate::pass::mesh::{Batch, PendingPatch};
 use crate::pass::plan::{Plan, Step};
@@ -21,7 +21,7 @@ fn draw(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
 /// What needs no marks: drawn triangles with other values, whose depth is there to be found, and those where nothing was drawn yet.
 pub(super) fn values_and_fresh(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
     let Context { mesh, visible, .. } = context;
-    let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
+    let values = batch.values.iter().copied().filter(|&id| visible.shows(mesh, id));
     plan.split_by_id(mesh, visible, values, |drawn_triangles, on_face| Step::Values { drawn_triangles, on_face });
     plan.draw_fresh(mesh, visible, batch);
 }
@@ -30,13 +30,13 @@ pub(super) fn values_and_fresh(plan: &mut Plan, context: &Context<'_>, batch: &B
 /// they meet at edges at most, where what one of them draws of another's is the same surface.
 pub(super) fn coloured<'b>(context: &Context<'_>, batch: &'b Batch) -> Vec<Vec<Vec<&'b PendingPatch>>> {
     let Context { mesh, visible, projector, size } = context;
-    let shown = |p: &&PendingPatch| batch.new[p.new.clone()].iter().any(|&l| visible.shows(mesh, l));
+    let shown = |p: &&PendingPatch| batch.new[p.new.clone()].iter().any(|&id| visible.shows(mesh, id));
     let face = |p: &PendingPatch| mesh.drawn_triangles.get(batch.new[p.new.start]).face;
     let mut patches: Vec<_> = batch.patches.iter().filter(|p| !p.old.is_empty()).filter(shown).collect();
     patches.sort_by_key(|p| face(p));
     let mut waiting: Vec<&[&PendingPatch]> = patches.chunk_by(|p, q| face(p) == face(q)).collect();
     let cells = |patch: &&PendingPatch| {
-        let new = batch.new[patch.new.clone()].iter().flat_map(|&l| mesh.corners(l));
+        let new = batch.new[patch.new.clone()].iter().flat_map(|&id| mesh.corners(id));
         projector.cells(patch.old.iter().flatten().copied().chain(new))
     };
     let mut groups = Vec::new();

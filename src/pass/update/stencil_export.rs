@@ -1,8 +1,8 @@
 //! `stencil-export`: as `stencil`, but each fragment brings its patch's reference (VK_EXT_shader_stencil_export), so that two
 //! draws serve the patches of all colours.
 
+use super::shape::{Context, Shape};
 use super::stencil::{coloured, values_and_fresh};
-use super::{Context, Shape};
 use crate::pass::mesh::{Batch, PendingPatch};
 use crate::pass::plan::{Plan, Step};
 use crate::vk::DeviceReport;

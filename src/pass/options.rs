@@ -1,0 +1,58 @@
+//! What a renderer is made for.
+
+use super::depth::{Depth, DepthOrder};
+use super::update::UpdateMode;
+use crate::error::{Error, Result};
+use crate::vk::Device;
+
+/// What a renderer is made for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RendererOptions {
+    /// How depth is kept.
+    pub depth: Depth,
+    /// Update modes that its frames may ask for.
+    pub modes: Vec<UpdateMode>,
+    /// Whether to count how often each pixel is written ([`super::Renderer::read_luminance`]).
+    pub count_writes: bool,
+    /// Whether the pixels of changed drawn triangles are counted as they are drawn
+    /// ([`super::Renderer::atomic_counts`]).
+    pub atomic_counts: bool,
+}
+
+impl RendererOptions {
+    /// The best depth, the modes `stencil` and `id`, nothing counted.
+    ///
+    /// # Errors
+    /// None: the device was chosen for having such a format.
+    pub fn new(device: &Device) -> Result<Self> {
+        let depth = Depth::new(device, None, DepthOrder::default())?;
+        let modes = vec![UpdateMode::Stencil, UpdateMode::Id];
+        Ok(Self { depth, modes, count_writes: false, atomic_counts: false })
+    }
+
+    /// Whether a device can do what is asked for.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] naming a feature that it lacks, [`Error::Usage`] for what does not go together.
+    pub fn check(&self, device: &Device) -> Result<()> {
+        let report = device.report();
+        for &mode in &self.modes {
+            mode.check(report)?;
+            self.depth.check(mode)?;
+            if self.atomic_counts && mode == UpdateMode::StencilExport {
+                let message = "--pixel-counts atomic: with --update stencil-export fragments are tested after they count; \
+                    take query or histogram";
+                return Err(Error::Usage(message.to_owned()));
+            }
+        }
+        let lacks =
+            |feature: &str, what: &str| Error::NoDevice(format!("{} lacks {feature}, which {what} needs", report.name));
+        if self.atomic_counts && !report.optional.fragment_atomics {
+            return Err(lacks("the feature fragmentStoresAndAtomics", "--pixel-counts atomic"));
+        }
+        if self.count_writes && !report.optional.independent_blend {
+            return Err(lacks("the feature independentBlend", "counting the writes of pixels"));
+        }
+        Ok(())
+    }
+}
