@@ -23,7 +23,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("image", &["math", "error", "scene"]),
     ("log", &["math", "error", "scene", "image", "refine::update"]),
     ("vk", &["math", "error"]),
-    ("compare", &["math", "error", "scene", "image", "log", "vk", "pass", "refine::update"]),
+    ("compare", &["math", "error", "scene", "image", "log", "vk", "pass", "refine::update", "refine::replay"]),
     ("pass", &["math", "error", "scene", "vk", "image", "log", "refine::update"]),
 ];
 

@@ -4,7 +4,6 @@ use super::args::{CompareArgs, CompareLimits};
 use super::recording::Studio;
 use super::{Outcome, interrupt, output, scene};
 use crate::compare::cost;
-use crate::compare::mesh::Mesh;
 use crate::compare::page::{self, Shot};
 use crate::compare::pictures::{Part, Pictures, displayed};
 use crate::compare::replay::{self, Truths, replay};
@@ -14,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::image::{atomic, flip};
 use crate::pass::{Depth, DepthFormat, Renderer, RendererOptions, UpdateMode};
+use crate::refine::replay::DrawnMesh;
 use crate::scene::Scene;
 use crate::vk::{Device, DeviceOptions};
 use glam::Vec2;
@@ -274,8 +274,8 @@ impl Run<'_> {
         recording: &Recording,
         modes: &[UpdateMode],
     ) -> Result<()> {
-        let mut mesh = Mesh::default();
-        recording.updates.iter().for_each(|update| mesh.apply(update));
+        let mut mesh = DrawnMesh::default();
+        recording.updates.iter().try_for_each(|update| mesh.apply(update))?;
         renderer.set_view(&recording.view, Vec2::ZERO);
         renderer.visibility()?;
         for &patches in self.args.what.patches.iter().filter(|_| self.args.what.runs > 0) {

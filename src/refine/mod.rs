@@ -16,6 +16,7 @@ mod publish;
 pub mod queue;
 mod refinement;
 mod relight;
+pub mod replay;
 pub mod thread;
 pub mod update;
 pub mod workers;
