@@ -25,6 +25,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("vk", &["math", "error"]),
     ("compare", &["math", "error", "scene", "image", "log", "vk", "pass", "refine::update", "refine::replay"]),
     ("pass", &["math", "error", "scene", "vk", "image", "log", "refine::update"]),
+    ("session", &["math", "error", "scene", "geom", "light", "estimate", "refine", "vk", "pass", "image", "log"]),
 ];
 
 /// The rooms that put the others together; they may use all of them.

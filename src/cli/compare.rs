@@ -1,7 +1,7 @@
 //! `penombre compare`: one refinement recorded, replayed in every update mode, reported.
 
 use super::args::{CompareArgs, CompareLimits};
-use super::recording::Studio;
+use super::studio::Studio;
 use super::{Outcome, interrupt, output, scene};
 use crate::compare::cost;
 use crate::compare::page::{self, Shot};
@@ -169,7 +169,8 @@ impl Run<'_> {
                 continue;
             }
             self.say(format!("recording: {}", tilt.name()));
-            let recording = studio.record(&mut renderer, &anchor, tilt)?;
+            let recording;
+            (renderer, recording) = studio.record(renderer, &anchor, tilt)?;
             self.report.tilts.push(TiltRow::new(&recording));
             recordings.push(recording);
         }
