@@ -10,7 +10,7 @@ use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
-use penombre::refine::replay::DrawnMesh;
+use penombre::refine::replay::HostMesh;
 use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::camera::{Camera, ImageSize};
@@ -47,7 +47,7 @@ struct Twins {
     patched: Renderer,
     full: Renderer,
     engine: Engine,
-    mesh: DrawnMesh,
+    mesh: HostMesh,
 }
 
 /// What differs between the twins' images.
@@ -86,7 +86,7 @@ impl Twins {
         let bvh = Arc::new(Bvh::build(scene));
         let engine = Engine::new(Arc::new(scene.clone()), bvh, Workers::new(1).unwrap(), options);
         let renderer = || Renderer::new(Arc::clone(device), SIZE).unwrap();
-        let mut twins = Self { patched: renderer(), full: renderer(), engine, mesh: DrawnMesh::default() };
+        let mut twins = Self { patched: renderer(), full: renderer(), engine, mesh: HostMesh::default() };
         let mut visible = Vec::new();
         for renderer in [&mut twins.patched, &mut twins.full] {
             renderer.load(scene).unwrap();

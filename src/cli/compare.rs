@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::image::{atomic, flip};
 use crate::pass::{Depth, DepthFormat, Renderer, RendererOptions, UpdateMode};
-use crate::refine::replay::DrawnMesh;
+use crate::refine::replay::HostMesh;
 use crate::scene::Scene;
 use crate::vk::{Device, DeviceOptions};
 use glam::Vec2;
@@ -275,7 +275,7 @@ impl Run<'_> {
         recording: &Recording,
         modes: &[UpdateMode],
     ) -> Result<()> {
-        let mut mesh = DrawnMesh::default();
+        let mut mesh = HostMesh::default();
         recording.updates.iter().try_for_each(|update| mesh.apply(update))?;
         renderer.set_view(&recording.view, Vec2::ZERO);
         renderer.visibility()?;

@@ -1,7 +1,7 @@
 //! What a mode drawn triangles behind, counted pixel by pixel against a full redraw of the same state (method.md 7).
 
 use crate::pass::LuminanceLayers;
-use crate::refine::replay::DrawnMesh;
+use crate::refine::replay::HostMesh;
 use crate::refine::update::DrawnId;
 use glam::Vec3;
 
@@ -137,7 +137,7 @@ pub(super) fn ratio(a: f64, b: f64) -> f64 {
 /// Compares what a mode shows with the truth; `masks` (the truth but for `lookup`, whose own full redraw it then is) says which
 /// triangle each pixel is part of.
 #[must_use]
-pub fn compare(surface: &Surface, mesh: &DrawnMesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Counts {
+pub fn compare(surface: &Surface, mesh: &HostMesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Counts {
     let mut counts = Counts::ZERO;
     for pixel in (0..masks.len()).filter(|&pixel| surface.face_id[pixel] != 0) {
         counts.visible += 1;
@@ -149,24 +149,24 @@ pub fn compare(surface: &Surface, mesh: &DrawnMesh, truth: &Truth, masks: &[u32]
 }
 
 /// Whether a pixel shows a triangle that is no longer part of the mesh.
-fn is_stale(mesh: &DrawnMesh, id: u32) -> bool {
+fn is_stale(mesh: &HostMesh, id: u32) -> bool {
     id.checked_sub(1).is_some_and(|drawn| !mesh.is_drawn(DrawnId(drawn)))
 }
 
 /// Face of the triangle of an id, both plus 1.
-fn face_of(mesh: &DrawnMesh, id: u32) -> Option<u32> {
+fn face_of(mesh: &HostMesh, id: u32) -> Option<u32> {
     id.checked_sub(1).and_then(|drawn| mesh.face(DrawnId(drawn))).map(|face| face.0 + 1)
 }
 
 /// Whether a pixel shows a face that does not belong there: not the one that is visible, nor, where the mode goes by depth, the one
 /// that the full redraw shows. (At silhouettes those two may differ; either is right.)
-fn is_foreign(mesh: &DrawnMesh, shown: &Shown<'_>, (visible, true_face): (u32, Option<u32>), pixel: usize) -> bool {
+fn is_foreign(mesh: &HostMesh, shown: &Shown<'_>, (visible, true_face): (u32, Option<u32>), pixel: usize) -> bool {
     let face = face_of(mesh, shown.light.drawn_id[pixel]);
     face.is_some() && face != Some(visible) && (shown.goes_by_face || (true_face.is_some() && face != true_face))
 }
 
 /// Counts what happened at a pixel since the last comparison.
-fn events(surface: &Surface, mesh: &DrawnMesh, masks: &[u32], shown: &Shown<'_>, pixel: usize, counts: &mut Counts) {
+fn events(surface: &Surface, mesh: &HostMesh, masks: &[u32], shown: &Shown<'_>, pixel: usize, counts: &mut Counts) {
     let visible = surface.face_id[pixel];
     let true_face = face_of(mesh, masks[pixel]);
     let to_update = true_face == Some(visible) && mesh.changed_after(DrawnId(masks[pixel] - 1), shown.since);
@@ -194,7 +194,7 @@ pub enum Mark {
 
 /// What is wrong with each pixel; the arguments are those of [`compare`].
 #[must_use]
-pub fn marks(surface: &Surface, mesh: &DrawnMesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Vec<Mark> {
+pub fn marks(surface: &Surface, mesh: &HostMesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Vec<Mark> {
     let mark = |pixel: usize| {
         let (visible, id) = (surface.face_id[pixel], shown.light.drawn_id[pixel]);
         let true_face = face_of(mesh, masks[pixel]);
@@ -214,7 +214,7 @@ pub fn marks(surface: &Surface, mesh: &DrawnMesh, truth: &Truth, masks: &[u32], 
 /// Compares the radiance of a pixel where the full redraw shows the face that is visible.
 fn errors(
     surface: &Surface,
-    mesh: &DrawnMesh,
+    mesh: &HostMesh,
     truth: &Truth,
     light: &LuminanceLayers,
     pixel: usize,
@@ -241,8 +241,8 @@ mod tests {
     use crate::scene::FaceId;
 
     /// Face 0 drawn with drawn triangle 0, then split into drawn triangles 2 and 3; face 1 with drawn triangle 1 throughout.
-    fn mesh() -> DrawnMesh {
-        let mut mesh = DrawnMesh::default();
+    fn mesh() -> HostMesh {
+        let mut mesh = HostMesh::default();
         let drawn =
             |id, face| (DrawnId(id), DrawnTriangle { slots: [SlotId(0); 3], face: FaceId(face), level: 0, flat: None });
         let patch = |face, old, new| Patch { face: FaceId(face), old, new };

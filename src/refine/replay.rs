@@ -17,7 +17,7 @@ struct Entry {
 
 /// Slots and triangles, what is drawn, and when it last changed.
 #[derive(Clone, Debug, Default)]
-pub struct DrawnMesh {
+pub struct HostMesh {
     slots: Vec<Option<Slot>>,
     drawn_triangles: Vec<Option<Entry>>,
     /// Updates taken in.
@@ -35,7 +35,7 @@ fn put<T: Clone>(items: &mut Vec<T>, index: u32, value: T, empty: T) {
     items[index] = value;
 }
 
-impl DrawnMesh {
+impl HostMesh {
     /// Takes an update in: slots, then drawn triangles, then patches, in their order. The first of another camera generation draws
     /// everything anew.
     ///
@@ -175,13 +175,13 @@ mod tests {
         }
     }
 
-    fn drawn(mesh: &DrawnMesh) -> Vec<u32> {
+    fn drawn(mesh: &HostMesh) -> Vec<u32> {
         mesh.drawn().map(|(id, ..)| id.0).collect()
     }
 
     #[test]
     fn patches_replace_what_is_drawn_and_a_new_view_draws_all_anew() {
-        let mut mesh = DrawnMesh::default();
+        let mut mesh = HostMesh::default();
         mesh.apply(&update(1, &[0], &[], &[0])).expect("drawn first");
         mesh.apply(&update(1, &[1, 2], &[0], &[1, 2])).expect("split");
         assert_eq!((drawn(&mesh), mesh.updates()), (vec![1, 2], 2));
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn contradictions_are_named() {
-        let mut mesh = DrawnMesh::default();
+        let mut mesh = HostMesh::default();
         mesh.apply(&update(1, &[0], &[], &[0])).expect("drawn first");
         let fault = |update: &Update| mesh.clone().apply(update).map_err(|e| e.to_string()).expect_err("contradiction");
         assert!(fault(&update(1, &[1], &[1], &[])).contains("replaced but was not drawn"));

@@ -8,7 +8,7 @@ use penombre::geom::bvh::Bvh;
 use penombre::light::lights::MAX_LIGHT_GROUPS;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
-use penombre::refine::replay::DrawnMesh;
+use penombre::refine::replay::HostMesh;
 use penombre::refine::update::{Slot, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::light::{Light, LightKind};
@@ -62,7 +62,7 @@ pub fn light(scene: &mut Scene, kind: LightKind) {
 /// The mesh as the GPU would hold it, with the last update.
 #[derive(Default)]
 pub struct Mirror {
-    pub mesh: DrawnMesh,
+    pub mesh: HostMesh,
     pub last: Update,
 }
 
