@@ -14,10 +14,12 @@
 //! - [`vk`]: Vulkan objects with owners; [`pass`]: the frame
 //! - [`image`]: film, EXR, PNG, tone mapping, metrics; [`log`]: frame log
 //! - [`mod@compare`]: update modes compared, and the report of it
+//! - [`session`]: a run, one loop between engine and renderer, without a command line
 //! - [`cli`]: one file a subcommand
 //!
 //! Dependencies point one way: `math ← scene ← geom ← bsdf, light ← estimate ← cache ← refine` and `vk ← pass`; `pass` reads
-//! `refine::update` and never the cache; nothing in the first chain names `ash`. `tests/layers.rs` holds the rule.
+//! `refine::update` and never the cache; nothing in the first chain names `ash`; `session` puts both chains together, and `cli` alone uses it.
+//! `tests/layers.rs` holds the rule.
 
 pub mod bench;
 pub mod bsdf;
@@ -35,4 +37,5 @@ pub mod pass;
 pub mod reference;
 pub mod refine;
 pub mod scene;
+pub mod session;
 pub mod vk;

@@ -5,8 +5,6 @@ mod by_hand;
 
 use by_hand::{Mirror, bounces, drawn, engine_with, light, material, patch};
 use glam::Vec3;
-use penombre::cache::drawn_mesh::DrawnTriangle;
-use penombre::cache::ids::DrawnId;
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::light::context::SceneContext;
@@ -15,7 +13,7 @@ use penombre::math::luminance;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::refine::engine::{Budget, Counted, Visible};
 use penombre::refine::options::Options;
-use penombre::refine::update::DrawnPixels;
+use penombre::refine::update::{DrawnId, DrawnPixels, DrawnTriangle, Slot};
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::LightKind;
 use penombre::scene::{FaceId, Scene, TriangleId};
@@ -65,14 +63,13 @@ fn pixels_of_the_floor(scene: &Scene, bvh: &Bvh, view: &View, faces: &[FaceId]) 
 
 /// The drawn triangle that holds a point of the floor.
 fn holder(mirror: &Mirror, x: Vec3) -> (DrawnId, DrawnTriangle) {
-    let holds = |drawn: &DrawnTriangle| {
-        let [a, b, c] = drawn.slots.map(|slot| mirror.slots[&slot].position);
+    let holds = |corners: &[Slot; 3]| {
+        let [a, b, c] = corners.map(|slot| slot.position);
         let area = |p: Vec3, q: Vec3| (q - p).cross(x - p).y;
         [area(a, b), area(b, c), area(c, a)].into_iter().all(|area| area >= -1e-9)
     };
-    let drawn =
-        mirror.drawn.iter().copied().find(|id| holds(&mirror.drawn_triangles[id])).expect("the floor has no gap");
-    (drawn, mirror.drawn_triangles[&drawn])
+    let found = mirror.mesh.drawn().find(|(.., corners)| holds(corners));
+    found.map(|(id, drawn, _)| (id, drawn)).expect("the floor has no gap")
 }
 
 fn count(mirror: &Mirror, pixels: &[Pixel]) -> Counted {
@@ -104,9 +101,9 @@ fn error_beside(mirror: &Mirror, pixels: &[Pixel], reference: &[f32]) -> f32 {
     let (mut square, mut all, mut beside) = (0.0, 0.0, 0);
     for pixel in pixels {
         let (_, drawn) = holder(mirror, pixel.at);
-        let covered = drawn.slots.into_iter().any(|slot| mirror.slots[&slot].weight < 1.0);
+        let covered = drawn.slots.into_iter().any(|slot| mirror.mesh.slot(slot).weight < 1.0);
         let Some(flat) = drawn.flat.filter(|_| covered) else { continue };
-        square += (GREY * luminance(mirror.slots[&flat].diffuse) - reference[pixel.index]).powi(2);
+        square += (GREY * luminance(mirror.mesh.slot(flat).diffuse) - reference[pixel.index]).powi(2);
         all += reference[pixel.index];
         beside += 1;
     }

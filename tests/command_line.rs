@@ -9,6 +9,7 @@ use penombre::pass::UpdateMode;
 use penombre::refine::options::Priority;
 use penombre::scene::camera::ImageSize;
 use penombre::scene::{Display, ToneMapping};
+use penombre::session::{Batches, Budget, Options, Pace, PixelCounts, Quality, Thresholds};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -38,23 +39,6 @@ fn refused(line: &str) -> String {
 }
 
 #[test]
-fn budgets_are_shared_out_among_pictures() {
-    let budget = render("s.obj -o a.exr --frames 10 --rays 1700 --time 17 --camera-path p.toml").budget;
-    // The first counts as eight: 8 of 17 parts.
-    let first = budget.share(0, 10, Duration::ZERO, 0);
-    assert_eq!(
-        (first.time, first.rays, first.frames, first.error),
-        (Some(Duration::from_secs(8)), Some(800), None, None)
-    );
-    let second = budget.share(1, 10, Duration::from_secs(8), 800);
-    assert_eq!((second.time, second.rays), (Some(Duration::from_secs(9)), Some(900)));
-    let last = budget.share(9, 10, Duration::from_secs(20), 1600);
-    assert_eq!((last.time, last.rays), (Some(Duration::from_secs(20)), Some(1700)), "what is overspent is gone");
-    let still = render("s.obj -o a.exr --frames 10 --camera-path p.toml").budget.share(3, 10, Duration::ZERO, 0);
-    assert_eq!((still.least_error(), still.rays), (Some(0.01), None), "frames are no limit for a picture");
-}
-
-#[test]
 fn the_definition_is_sound() {
     Cli::command().debug_assert();
 }
@@ -71,6 +55,29 @@ fn render_needs_a_scene_and_an_output_only() {
     assert!(args.budget.time.is_none() && args.budget.frames.is_none() && args.log.is_none());
     assert!(refused("render -o a.exr").contains("SCENE"));
     assert!(refused("render a.obj").contains("OUT"));
+}
+
+#[test]
+fn what_is_not_typed_is_as_sessions_have_it() {
+    assert_eq!(render("scene.toml -o a.exr").options(), Options::default());
+    let path = render("scene.toml -o a.exr --camera-path p.toml --frames 9").options();
+    let budget = Budget { frames: Some(9), ..Budget::default() };
+    assert_eq!(path, Options { budget, ..Options::default() }, "each picture gets its own");
+}
+
+#[test]
+fn presets_of_quality_give_way_to_what_is_typed() {
+    let refinement = |line: &str| render(&format!("s.obj -o a.exr {line}")).options().refinement;
+    for (name, quality) in Quality::NAMES {
+        assert_eq!(refinement(&format!("--quality {name}")).thresholds, quality.thresholds());
+    }
+    let mixed = refinement("--min-pixels 0.5 --quality draft --shadow-size 2");
+    assert_eq!(mixed.thresholds, Thresholds { min_pixels: 0.5, ..Quality::Draft.thresholds() });
+    assert_eq!(mixed.shadow_size, Some(2.0));
+    assert_eq!(refinement("--quality final --contrast 0.2").thresholds.contrast, 0.2);
+    let comments = |line: &str| render(&format!("s.obj -o a.exr {line}")).image_options();
+    assert!(comments("--quality final").contains(" --quality final"));
+    assert_eq!(comments("--quality normal"), comments(""));
 }
 
 #[test]
@@ -92,7 +99,11 @@ fn every_option_of_render_reaches_its_field() {
     assert!(args.verbosity.verbose && !args.verbosity.quiet);
     assert_eq!(args.budget.time, Some(Duration::from_millis(2500)));
     assert_eq!((args.budget.frames, args.budget.rays, args.budget.error), (Some(3), Some(4), Some(0.05)));
-    assert!(render("s.obj -o a.exr --deterministic -q").engine.deterministic);
+    let args = render("s.obj -o a.exr --deterministic -q --direct-only --no-filter --pixel-counts atomic");
+    assert!(args.engine.deterministic);
+    let options = args.options();
+    assert_eq!((options.pace, options.pixel_counts), (Pace::Fixed(Batches::A_FRAME), PixelCounts::Atomic));
+    assert!(!options.refinement.indirect && !options.refinement.filter);
 }
 
 #[test]
@@ -126,6 +137,7 @@ fn mistakes_are_refused_with_the_option_and_what_would_be_right() {
         ("-v -q", "--quiet"),
         ("-o b.jpg", ".png"),
         ("--hemisphere", "--hemisphere"),
+        ("--quality best", "final"),
     ] {
         let text = refused(&format!("render s.obj -o a.exr {options}"));
         assert!(text.contains(message), "{options}: {text}");
@@ -188,7 +200,7 @@ fn every_option_of_bench_convergence_arrives() {
     assert_eq!((args.reference, args.plot), ("r.exr".into(), Some("p.svg".into())));
     assert_eq!((args.time, args.filtered, args.match_method), (Duration::from_millis(2500), true, true));
     assert_eq!((args.json, args.cpu.threads, args.cpu.seed, args.cpu.verbosity.quiet), (true, Some(3), 5, true));
-    assert_eq!((args.refinement.min_pixels, args.device.device.as_deref()), (0.0, Some("llvm")));
+    assert_eq!((args.refinement.min_pixels, args.device.device.as_deref()), (Some(0.0), Some("llvm")));
     assert_eq!((args.refinement.hemisphere, args.refinement.priority), (Method::Paper, Priority::Random));
     let args = convergence("");
     assert_eq!((args.time, args.filtered, args.plot), (Duration::from_secs(10), false, None));

@@ -5,19 +5,17 @@
 mod support;
 
 use glam::{Vec2, Vec3};
-use penombre::cache::drawn_mesh::DrawnTriangle;
-use penombre::cache::ids::{DrawnId, SlotId};
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
-use penombre::refine::update::{Patch, Slot, Update};
+use penombre::refine::replay::HostMesh;
+use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::{FaceId, Scene, TriangleId};
-use std::collections::HashMap;
 use std::sync::Arc;
 use support::*;
 
@@ -49,9 +47,7 @@ struct Twins {
     patched: Renderer,
     full: Renderer,
     engine: Engine,
-    /// Face of each leaf that is part of the mesh.
-    faces: HashMap<u32, FaceId>,
-    drawn_faces: HashMap<u32, FaceId>,
+    mesh: HostMesh,
 }
 
 /// What differs between the twins' images.
@@ -90,8 +86,7 @@ impl Twins {
         let bvh = Arc::new(Bvh::build(scene));
         let engine = Engine::new(Arc::new(scene.clone()), bvh, Workers::new(1).unwrap(), options);
         let renderer = || Renderer::new(Arc::clone(device), SIZE).unwrap();
-        let mut twins =
-            Self { patched: renderer(), full: renderer(), engine, faces: HashMap::new(), drawn_faces: HashMap::new() };
+        let mut twins = Self { patched: renderer(), full: renderer(), engine, mesh: HostMesh::default() };
         let mut visible = Vec::new();
         for renderer in [&mut twins.patched, &mut twins.full] {
             renderer.load(scene).unwrap();
@@ -108,14 +103,7 @@ impl Twins {
     fn apply(&mut self, update: &Update) {
         self.patched.apply(update).unwrap();
         self.full.apply(update).unwrap();
-        self.drawn_faces.extend(update.drawn_triangles.iter().map(|(id, drawn)| (id.0, drawn.face)));
-        for patch in &update.patches {
-            let drawn_triangles = |r: &std::ops::Range<u32>| &update.patch_triangles[r.start as usize..r.end as usize];
-            for drawn in drawn_triangles(&patch.old) {
-                self.faces.remove(&drawn.0);
-            }
-            self.faces.extend(drawn_triangles(&patch.new).iter().map(|drawn| (drawn.0, self.drawn_faces[&drawn.0])));
-        }
+        self.mesh.apply(update).unwrap();
     }
 
     /// Draws what waits and tells the engine, which then recycles what was replaced.
@@ -143,11 +131,11 @@ impl Twins {
 
     fn compare(&self, a: &Layers, b: &Layers, i: usize, found: &mut Differences) {
         let face = FaceId(a.face_id[i] - 1);
-        let covered = b.drawn_id[i] != 0 && self.faces[&(b.drawn_id[i] - 1)] == face;
+        let covered = b.drawn_id[i] != 0 && self.mesh.face(DrawnId(b.drawn_id[i] - 1)) == Some(face);
         if a.drawn_id[i] == b.drawn_id[i] {
             let same = (Vec3::from(a.d[i]) - Vec3::from(b.d[i])).abs().max_element() <= 2e-3 * b.d[i][0].max(1.0);
             found.values += usize::from(!same && a.drawn_id[i] != 0);
-        } else if a.drawn_id[i] != 0 && !self.faces.contains_key(&(a.drawn_id[i] - 1)) {
+        } else if a.drawn_id[i] != 0 && !self.mesh.is_drawn(DrawnId(a.drawn_id[i] - 1)) {
             found.stale += usize::from(covered);
             found.cracks += usize::from(!covered);
         } else {
@@ -189,7 +177,7 @@ fn an_engines_patches_leave_nothing_stale() {
             }
             println!(
                 "{update_mode:?}, view {number}: {count} patches, {} drawn_triangles, {worst:?}",
-                twins.faces.len()
+                twins.mesh.drawn().count()
             );
             assert!(count > 1000, "{count}");
             assert_eq!(worst.values, 0, "a changed value is not shown");

@@ -136,8 +136,8 @@ fn vertices_on_edges_of_coarser_leaves_get_their_rays() {
     let cache = picture.engine.cache();
     // What a vertex shows of its noise, as squares times pixels, and whether all of that is in leaves that it is no corner of.
     let mut shown: HashMap<SlotId, (f32, bool)> = HashMap::new();
-    for drawn in &picture.mirror.drawn {
-        let drawn = &cache.drawn.triangles[*drawn];
+    for (drawn, ..) in picture.mirror.mesh.drawn() {
+        let drawn = &cache.drawn.triangles[drawn];
         let pixels = picture.engine.view().leaves[drawn.node].pixels;
         let own = cache.corner_vertices(cache.topology.indirect_leaf(drawn.node));
         for slot in drawn.triangle.slots.into_iter().filter(|&slot| cache.indirect.is_sampled(slot)) {

@@ -308,8 +308,7 @@ fn as_many_meshes_as_lights_are_one_each() {
 
 /// D and S of everything drawn, as bits.
 fn all_shown(mirror: &Mirror) -> Vec<[u32; 9]> {
-    let slots =
-        mirror.drawn.iter().flat_map(|drawn| mirror.drawn_triangles[drawn].slots).map(|slot| mirror.slots[&slot]);
+    let slots = mirror.mesh.drawn().flat_map(|(.., corners)| corners);
     let bits = |v: Vec3| v.to_array().map(f32::to_bits);
     let mut all: Vec<[u32; 9]> = slots
         .map(|s| {

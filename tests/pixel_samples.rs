@@ -60,10 +60,9 @@ fn points(view: &View) -> Vec<Vec3> {
 
 /// The drawn triangle that holds a point of the floor, with the point's weights.
 fn holder(mirror: &Mirror, faces: &[FaceId], x: Vec3) -> Option<(DrawnId, DrawnTriangle, [f32; 3])> {
-    let drawn_triangles =
-        mirror.drawn.iter().map(|l| (*l, mirror.drawn_triangles[l])).filter(|(_, l)| faces.contains(&l.face));
-    drawn_triangles.into_iter().find_map(|(id, drawn)| {
-        let [a, b, c] = drawn.slots.map(|slot| mirror.slots[&slot].position);
+    let mut on_faces = mirror.mesh.drawn().filter(|(_, drawn, _)| faces.contains(&drawn.face));
+    on_faces.find_map(|(id, drawn, corners)| {
+        let [a, b, c] = corners.map(|slot| slot.position);
         let area = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(r - p).y;
         let weights = [area(x, b, c), area(a, x, c), area(a, b, x)].map(|w| w / area(a, b, c));
         weights.iter().all(|w| *w >= 0.0).then_some((id, drawn, weights))
@@ -116,7 +115,7 @@ fn wrong_pixels(mirror: &Mirror, scene: &Scene, faces: &[FaceId], view: &View) -
     let (mut wrong, mut all) = (0, 0);
     for x in points(view) {
         let Some((_, drawn, weights)) = holder(mirror, faces, x) else { continue };
-        let values = drawn.all_slots().map(|slot| mirror.slots[&slot].diffuse.x).collect::<Vec<_>>();
+        let values = drawn.all_slots().map(|slot| mirror.mesh.slot(slot).diffuse.x).collect::<Vec<_>>();
         let shown = if drawn.flat.is_some() { values[3] } else { (0..3).map(|i| values[i] * weights[i]).sum() };
         let exact: f32 = scene.lights.iter().map(|light| exact_light(scene, &bvh, light, x)).sum();
         wrong += u32::from((shown - exact).abs() > 0.02 * 0.1);
@@ -243,9 +242,7 @@ fn threads_change_nothing() {
         let mut engine = engine_with(scene.clone(), threads, counting(3));
         let mut mirror = Mirror::default();
         solve(&mut engine, &mut mirror, &faces, (&view(&scene, 0.0), 1));
-        let mut slots: Vec<_> = mirror.slots.into_iter().collect();
-        slots.sort_by_key(|(id, _)| *id);
-        slots
+        mirror.mesh.slots().collect::<Vec<_>>()
     });
     assert_eq!(one, two);
 }

@@ -200,7 +200,7 @@ fn refinement_does_not_depend_on_threads() {
         let mut engine = engine_with(scene, threads, refine(4));
         let mirror = solve_pixels(&mut engine, &front(&ids), 5_000, Vec3::Y);
         let mut slots: Vec<(u32, [u32; 3])> =
-            mirror.slots.iter().map(|(id, s)| (id.0, s.diffuse.to_array().map(f32::to_bits))).collect();
+            mirror.mesh.slots().map(|(id, s)| (id.0, s.diffuse.to_array().map(f32::to_bits))).collect();
         slots.sort_unstable();
         (slots, mirror.last.stats.rays)
     };

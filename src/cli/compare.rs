@@ -1,10 +1,9 @@
 //! `penombre compare`: one refinement recorded, replayed in every update mode, reported.
 
 use super::args::{CompareArgs, CompareLimits};
-use super::recording::Studio;
+use super::studio::Studio;
 use super::{Outcome, interrupt, output, scene};
 use crate::compare::cost;
-use crate::compare::mesh::Mesh;
 use crate::compare::page::{self, Shot};
 use crate::compare::pictures::{Part, Pictures, displayed};
 use crate::compare::replay::{self, Truths, replay};
@@ -14,6 +13,7 @@ use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::image::{atomic, flip};
 use crate::pass::{Depth, DepthFormat, Renderer, RendererOptions, UpdateMode};
+use crate::refine::replay::HostMesh;
 use crate::scene::Scene;
 use crate::vk::{Device, DeviceOptions};
 use glam::Vec2;
@@ -169,7 +169,8 @@ impl Run<'_> {
                 continue;
             }
             self.say(format!("recording: {}", tilt.name()));
-            let recording = studio.record(&mut renderer, &anchor, tilt)?;
+            let recording;
+            (renderer, recording) = studio.record(renderer, &anchor, tilt)?;
             self.report.tilts.push(TiltRow::new(&recording));
             recordings.push(recording);
         }
@@ -274,8 +275,8 @@ impl Run<'_> {
         recording: &Recording,
         modes: &[UpdateMode],
     ) -> Result<()> {
-        let mut mesh = Mesh::default();
-        recording.updates.iter().for_each(|update| mesh.apply(update));
+        let mut mesh = HostMesh::default();
+        recording.updates.iter().try_for_each(|update| mesh.apply(update))?;
         renderer.set_view(&recording.view, Vec2::ZERO);
         renderer.visibility()?;
         for &patches in self.args.what.patches.iter().filter(|_| self.args.what.runs > 0) {

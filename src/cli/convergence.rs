@@ -1,38 +1,28 @@
 //! `penombre bench convergence`: the error of the light engine and of the path tracer against CPU time.
 
+use super::args::SceneArgs;
 use super::args::bench::ConvergenceArgs;
-use super::args::{EngineArgs, SceneArgs};
 use super::convergence_report::{Document, targets};
-use super::setup::{self, EngineSetup};
 use super::{Outcome, interrupt, output, scene};
 use crate::bench::convergence::{Curve, Point, path_tracer};
 use crate::bench::reference_pixels::ReferencePixels;
 use crate::error::{Error, Result};
+use crate::geom::bvh::Bvh;
 use crate::image::exr::read_rgb;
 use crate::image::{atomic, flip};
 use crate::light::context::SceneContext;
 use crate::light::lights::Lights;
-use crate::pass::{FrameOptions, Renderer, RendererOptions, UpdateMode};
 use crate::reference::{Filter, Settings, Strategy, Transport};
-use crate::refine::engine::{Counted, Visible};
-use crate::refine::thread::EngineThread;
-use crate::refine::update::{EngineStats, Update};
+use crate::refine::update::EngineStats;
 use crate::scene::Display;
 use crate::scene::load::Loaded;
+use crate::session::{Observer, Opening, Session};
 use glam::Vec3;
 use indicatif::ProgressBar;
 use std::sync::Arc;
 
-/// Rays of a batch of the engine, as under `render --deterministic`.
-const BATCH: u64 = 20_000;
-/// Rays between two frames at most: pixels are counted that often, as a few times a second in `render`.
-const MOST_A_FRAME: u64 = 400_000;
-/// Frames are drawn when this share of the rays so far has been added.
-const GROWTH: u64 = 16;
 /// Errors are measured at these times and their tenfolds, CPU seconds.
 const TIMES: [f64; 13] = [1.0, 1.2, 1.4, 1.7, 2.0, 2.5, 3.0, 3.6, 4.3, 5.0, 6.0, 7.0, 8.5];
-/// First camera generation of a run.
-const GENERATION: u32 = 1;
 
 /// Runs the command.
 ///
@@ -45,21 +35,18 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     let reference_pixels = ReferencePixels::new(reference).ok_or_else(|| {
         Error::Usage(format!("{}: no pixel is left to compare, or all are black", args.reference.display()))
     })?;
-    let gpu = setup::open_gpu(&args.device, size, RendererOptions::new)?;
+    let options = args.options(size);
+    let gpu = Opening::start(&options)?;
     let scene_args = SceneArgs { path: args.scene.clone(), camera: args.camera.clone(), size, up: args.up };
     let Loaded { scene, .. } = scene::load_and_warn(&scene_args, args.cpu.verbosity)?;
     let camera = scene::camera(&scene, args.camera.as_deref())?;
     let view = scene::view(&scene, &camera, &scene_args);
     let scene = Arc::new(scene);
-    let bvh = setup::build_hierarchy(&scene)?.finish();
-    let mut gpu = gpu.finish()?;
-    gpu.renderer.load(&scene)?;
-    gpu.renderer.resize(size)?;
-    let device = gpu.renderer.device().report().name.clone();
+    let bvh = Arc::new(Bvh::build(&scene));
     let shared = Arc::clone(&bvh);
-    let engine = engine_setup(args, &scene_args, scene.display).start(&scene, move || shared)?;
-    let faces = setup::visible_faces(&mut gpu.renderer, &view, 1)?;
-    let visible = Visible { generation: GENERATION, eye: view.eye, view: Some(view), faces };
+    let mut session = gpu.finish()?.session(&scene, move || shared, &options)?;
+    let device = session.renderer().device().report().name.clone();
+    session.look(&view, &[])?;
     let progress = super::bench::progress(args.cpu.verbosity);
     let race = Race {
         reference_pixels: &reference_pixels,
@@ -67,9 +54,9 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
         limit: args.time.as_secs_f64(),
         progress: &progress,
     };
-    let Some(curve) = race.run(&mut gpu.renderer, engine, visible)? else { return Ok(Outcome::Interrupted) };
+    let Some(curve) = race.run(&mut session)? else { return Ok(Outcome::Interrupted) };
     // The device's threads must not run beside the path tracer.
-    drop(gpu);
+    drop(session);
     let (lights, pool) = (Lights::new(&scene), args.cpu.pool()?);
     let context = SceneContext::new(&scene, &bvh, &lights, args.cpu.seed, scene.scale());
     let enough = targets().fold(f64::INFINITY, f64::min);
@@ -83,17 +70,6 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     }
     output::print(&if args.json { document.json()? } else { document.text() })?;
     Ok(Outcome::Done)
-}
-
-fn engine_setup(args: &ConvergenceArgs, scene: &SceneArgs, display: Display) -> EngineSetup {
-    EngineSetup {
-        size: scene.size,
-        display,
-        engine: EngineArgs { threads: args.cpu.threads, seed: args.cpu.seed, deterministic: true },
-        refinement: args.refinement,
-        filter: args.filtered,
-        counted: true,
-    }
 }
 
 /// What the path tracer computes, for a reference of the same kind.
@@ -123,62 +99,50 @@ struct Race<'a> {
     progress: &'a ProgressBar,
 }
 
+/// Wants a picture when the error is due to be measured.
+struct Measuring {
+    /// CPU seconds.
+    due: f64,
+    limit: f64,
+}
+
+impl Measuring {
+    fn is_last(&self, stats: &EngineStats) -> bool {
+        stats.cpu_seconds >= self.limit || stats.converged
+    }
+}
+
+impl Observer for Measuring {
+    fn wants_picture(&mut self, stats: &EngineStats) -> bool {
+        (stats.cpu_seconds >= self.due || self.is_last(stats)) && stats.rays > 0
+    }
+}
+
 impl Race<'_> {
     /// Errors over CPU time until the limit, or until nothing is left to do; `None` if it was broken off.
-    fn run(&self, renderer: &mut Renderer, engine: EngineThread, visible: Visible) -> Result<Option<Curve>> {
+    fn run(&self, session: &mut Session) -> Result<Option<Curve>> {
         let image = self.reference_pixels.image();
         let reference = image.sampled.is_none().then(|| flip::displayed(&image.rgb, &self.display));
         let mut points: Vec<Point> = Vec::new();
-        engine.set_visible(visible);
-        renderer.reset_drawn();
-        let (mut stats, mut due, mut first) = (EngineStats::default(), 0.0, true);
-        let mut updates = vec![update(&engine)?];
+        let mut measuring = Measuring { due: 0.0, limit: self.limit };
         loop {
-            for update in &updates {
-                renderer.apply(update)?;
-                stats = update.stats;
-            }
-            let last = stats.cpu_seconds >= self.limit || stats.converged;
-            let measured = (stats.cpu_seconds >= due || last) && stats.rays > 0;
-            self.frame(renderer, &engine, first, measured)?;
-            if measured {
-                due = next_time(stats.cpu_seconds);
-                points.push(self.point(renderer, &stats, reference.as_deref())?);
+            let stats = session.step(&mut measuring)?.engine;
+            if measuring.wants_picture(&stats) {
+                measuring.due = next_time(stats.cpu_seconds);
+                points.push(self.point(session, &stats, reference.as_deref())?);
             }
             if !say(self.progress, &format!("light engine, {:.1} CPU s", stats.cpu_seconds)) {
                 return Ok(None);
             }
-            if last {
+            if measuring.is_last(&stats) {
                 return Ok(Some(Curve { points }));
-            }
-            first = false;
-            let batches = (stats.rays / GROWTH).clamp(BATCH, MOST_A_FRAME) / BATCH;
-            updates.clear();
-            for _ in 0..batches {
-                engine.step(BATCH);
-                updates.push(update(&engine)?);
             }
         }
     }
 
-    /// Draws what has changed, all of it if it is looked at, and tells the engine how many pixels its triangles have.
-    fn frame(&self, renderer: &mut Renderer, engine: &EngineThread, first: bool, measured: bool) -> Result<()> {
-        renderer.frame(&FrameOptions {
-            colour: first,
-            full_luminance: first || measured,
-            combine: measured.then_some(self.display),
-            update_mode: UpdateMode::Stencil,
-            queries: 0,
-        })?;
-        let pixels = Some(renderer.drawn_counts()?.drawn_triangles);
-        let sequence = renderer.drawn_sequence();
-        engine.counted(Counted { generation: GENERATION, sequence, pixels, complete: true });
-        Ok(())
-    }
-
-    fn point(&self, renderer: &mut Renderer, stats: &EngineStats, reference: Option<&[[u8; 3]]>) -> Result<Point> {
+    fn point(&self, session: &mut Session, stats: &EngineStats, reference: Option<&[[u8; 3]]>) -> Result<Point> {
         let image: Vec<Vec3> =
-            renderer.read_layers()?.combined.iter().map(|&[r, g, b, _]| Vec3::new(r, g, b)).collect();
+            session.renderer_mut().read_layers()?.combined.iter().map(|&[r, g, b, _]| Vec3::new(r, g, b)).collect();
         let error = self
             .reference_pixels
             .error(&image)
@@ -199,11 +163,6 @@ impl Race<'_> {
             estimated_error: stats.estimated_error.map(f64::from),
         })
     }
-}
-
-/// The engine's answer to what was asked last.
-fn update(engine: &EngineThread) -> Result<Update> {
-    engine.wait().ok_or_else(|| Error::Internal("the light engine has stopped".to_owned()))
 }
 
 /// The first of [`TIMES`], tenfolds included, after `now`, CPU seconds.

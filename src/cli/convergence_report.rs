@@ -1,12 +1,12 @@
 //! What `bench convergence` found: table, JSON, plot.
 
 use super::args::bench::ConvergenceArgs;
-use super::args::thread_count;
 use crate::bench::convergence::{Curve, PathTracer, Point};
 use crate::bench::plot::{Line, log_log};
 use crate::bench::reference_pixels::ReferencePixels;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
+use crate::session::thread_count;
 use serde::Serialize;
 use std::path::Path;
 

@@ -3,6 +3,7 @@
 use super::output;
 use crate::error::{Error, Result};
 use crate::image::atomic;
+use crate::session::Observer;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Exit status of an interrupted command.
@@ -14,6 +15,15 @@ static REQUESTED: AtomicBool = AtomicBool::new(false);
 #[must_use]
 pub fn requested() -> bool {
     REQUESTED.load(Ordering::Relaxed)
+}
+
+/// A session's observer that ends it when a signal comes.
+pub struct Signals;
+
+impl Observer for Signals {
+    fn interrupted(&self) -> bool {
+        requested()
+    }
 }
 
 /// Installs the handler, once a process.

@@ -1,26 +1,25 @@
 //! `penombre render`: set up in parallel, run the frame loop, write the images.
 
-use super::args::{PixelCounts, RenderArgs, thread_count};
-use super::error_meter::ErrorMeter;
-use super::pictures::{Picture, Pictures};
+use super::args::RenderArgs;
+use super::black_picture::Shown;
 use super::progress::Progress;
-use super::session::{Ended, Session};
-use super::setup::{self, EngineSetup};
-use super::stills::{Shot, Still};
-use super::{Outcome, interrupt, output, scene, stills};
+use super::{Outcome, interrupt, numbered, output, scene};
 use crate::error::{Error, Result};
 use crate::image::exr::{RgbImage, read_rgb};
 use crate::log::summary::Summary;
-use crate::pass::{Renderer, RendererOptions, UpdateMode};
-use crate::refine::engine::Visible;
-use crate::scene::camera::View;
+use crate::pass::Renderer;
+use crate::scene::Scene;
 use crate::scene::load::Loaded;
 use crate::scene::report::Severity;
-use crate::scene::{Display, Scene};
+use crate::session::pictures::{Picture, Pictures};
+use crate::session::{
+    EndedBy, ErrorMeter, FrameReport, Hierarchy, Observer, Opening, PixelCounts, RunLog, Session, Still, Totals,
+    thread_count,
+};
 use crate::vk::Device;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Runs the command; `start` is when the process started.
 ///
@@ -29,7 +28,8 @@ use std::time::Instant;
 pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     args.check_outputs()?;
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
-    let gpu = setup::open_gpu(&args.device, args.scene.size, renderer_options(args))?;
+    let mut options = args.options();
+    let gpu = Opening::start(&options)?;
     let loading = Instant::now();
     let Loaded { scene, report, .. } = scene::load_and_warn(&args.scene, args.verbosity)?;
     let mut summary = Summary::of_this_run();
@@ -38,29 +38,29 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     summary.stand_ins = report.lines(Severity::StandIn);
     summary.origin = scene.origin.to_array();
     let camera = scene::camera(&scene, args.scene.camera.as_deref())?;
-    let pictures = Pictures::new(args, &scene, camera)?;
+    let pictures = Pictures::new(&scene, camera, args.camera_path.as_deref(), args.budget.frames)?;
     let display = args.output.display(&scene.display);
+    options.display = Some(display);
     let scene = Arc::new(scene);
-    let hierarchy = setup::build_hierarchy(&scene)?;
-    let mut gpu = gpu.finish()?;
-    gpu.renderer.load(&scene)?;
-    gpu.renderer.resize(args.scene.size)?;
+    let hierarchy = Hierarchy::start(&scene)?;
+    let gpu = gpu.finish()?;
+    (summary.times.device, summary.times.pipelines) = (Some(gpu.device_seconds), Some(gpu.pipeline_seconds));
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
-    let engine = engine_setup(args, display).start(&scene, || hierarchy.finish())?;
+    let mut session = gpu.session(&scene, || hierarchy.finish(), &options)?;
     let reference = reference.map(|image| ErrorMeter::new(image, display));
-    if let Some(reference) = reference.as_ref().filter(|_| !args.verbosity.quiet) {
-        output::report(&reference.describe());
+    if let Some((compared, all)) = reference.as_ref().filter(|_| !args.verbosity.quiet).map(ErrorMeter::compared) {
+        output::report(&format!("--reference: {compared} of {all} pixels compared"));
     }
-    let renderer = &mut gpu.renderer;
-    summary.warnings.extend(fallbacks(args, renderer));
-    let progress = Progress::new(args.verbosity.quiet);
-    let mut session = Session { args, renderer, engine, display, reference, progress, start, levels: Vec::new() };
-    let ended = make(&mut session, &scene, &pictures, &mut summary)?;
-    drop(session);
+    summary.warnings.extend(fallbacks(args, session.renderer()));
+    let mut making = Making::start(args, &scene, reference, &mut summary)?;
+    let by = making.make(&mut session, &pictures)?;
+    making.watch.progress.finish();
+    let totals = session.totals();
+    let renderer = session.into_renderer();
     summary.times.bvh = bvh_seconds.get().copied();
-    finish(args, summary, &gpu, &ended, start)?;
-    let device = Arc::clone(gpu.renderer.device());
-    drop(gpu);
+    finish(args, summary, renderer.device(), &Ended { by, totals, start })?;
+    let device = Arc::clone(renderer.device());
+    drop(renderer);
     say_what_is_left(&device);
     Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
 }
@@ -81,24 +81,6 @@ fn read_reference(path: &Path, args: &RenderArgs) -> Result<RgbImage> {
     )))
 }
 
-const fn engine_setup(args: &RenderArgs, display: Display) -> EngineSetup {
-    EngineSetup {
-        size: args.scene.size,
-        display,
-        engine: args.engine,
-        refinement: args.refinement,
-        filter: !args.no_filter,
-        counted: matches!(args.pixel_counts, PixelCounts::Histogram),
-    }
-}
-
-/// What the renderer is made for; `id` is what the stencil modes fall back to.
-fn renderer_options(args: &RenderArgs) -> impl FnOnce(&Device) -> Result<RendererOptions> + use<> {
-    let (depth, atomic_counts) = (args.depth, args.pixel_counts == PixelCounts::Atomic);
-    let modes = if args.update == UpdateMode::Id { vec![args.update] } else { vec![args.update, UpdateMode::Id] };
-    move |device| Ok(RendererOptions { depth: depth.on(device)?, modes, count_writes: false, atomic_counts })
-}
-
 /// Says what the device cannot do as asked, and what is done instead.
 fn fallbacks(args: &RenderArgs, renderer: &Renderer) -> Vec<String> {
     let device = &renderer.device().report().name;
@@ -113,68 +95,97 @@ fn fallbacks(args: &RenderArgs, renderer: &Renderer) -> Vec<String> {
     warnings
 }
 
-/// A picture that is about to be made.
-struct Aimed {
-    picture: Picture,
-    view: View,
-    visible: Visible,
+/// Watches the frames of the run: progress line, frame log, signals.
+struct Watch {
+    progress: Progress,
+    log: Option<RunLog>,
 }
 
-/// Points the renderer's camera at a picture.
-fn aim(session: &mut Session<'_>, scene: &Scene, picture: Picture) -> Result<Aimed> {
-    let args = session.args;
-    let view = scene::view(scene, &picture.camera, &args.scene);
-    let faces = setup::visible_faces(session.renderer, &view, args.output.aa)?;
-    let generation = u32::try_from(picture.index + 1).unwrap_or(u32::MAX);
-    Ok(Aimed { picture, view, visible: Visible { generation, eye: view.eye, view: Some(view), faces } })
+impl Observer for Watch {
+    fn interrupted(&self) -> bool {
+        interrupt::requested()
+    }
+
+    fn waits(&mut self, elapsed: Duration) {
+        self.progress.waits(elapsed);
+    }
+
+    fn frame(&mut self, session: &mut Session, report: &FrameReport) -> Result<()> {
+        if let Some(log) = &mut self.log {
+            log.row(session, report)?;
+        }
+        self.progress.update(report.at, &report.engine);
+        Ok(())
+    }
 }
 
-/// Makes all pictures and writes each when it is done; a signal makes the present one the last.
-fn make(session: &mut Session<'_>, scene: &Scene, pictures: &Pictures, summary: &mut Summary) -> Result<Ended> {
-    let mut aimed = aim(session, scene, pictures.picture(0, scene))?;
-    let mut run = session.start()?;
-    // Of the pictures of a path the first that is doubtful speaks for all.
-    let mut doubted = false;
-    loop {
-        let Aimed { picture, view, visible } = aimed;
-        let by = session.draw(&mut run, &picture, visible)?;
-        let shot = Shot {
-            view: &view,
-            camera: picture.camera,
-            origin: scene.origin,
-            display: session.display,
-            levels: &session.levels,
-        };
-        let still = stills::take(session.renderer, &shot, session.args.output.aa)?;
-        let comments = session.args.image_options() + &picture.label();
-        for path in &session.args.output.paths {
-            let path = pictures.file(path, &picture);
-            if let Some(warning) = still.write(&path, &comments)? {
-                warn(session, summary, &format!("{}: warning: {warning}", path.display()));
+/// The pictures in the making.
+struct Making<'a> {
+    args: &'a RenderArgs,
+    scene: &'a Scene,
+    summary: &'a mut Summary,
+    watch: Watch,
+    /// Whether a picture was doubtful: of those of a path the first speaks for all.
+    doubted: bool,
+}
+
+impl<'a> Making<'a> {
+    /// Starts the log.
+    fn start(
+        args: &'a RenderArgs,
+        scene: &'a Scene,
+        reference: Option<ErrorMeter>,
+        summary: &'a mut Summary,
+    ) -> Result<Self> {
+        let log = args.log.as_deref().map(|path| RunLog::create(path, reference)).transpose()?;
+        let watch = Watch { progress: Progress::new(args.verbosity.quiet), log };
+        Ok(Self { args, scene, summary, watch, doubted: false })
+    }
+
+    /// Makes all pictures and writes each when it is done; a signal makes the present one the last. Why the last ended.
+    fn make(&mut self, session: &mut Session, pictures: &Pictures) -> Result<EndedBy> {
+        for index in 0..pictures.count() {
+            let picture = pictures.picture(index, self.scene);
+            session.show(&picture)?;
+            self.watch.progress.picture(picture.index, picture.of);
+            let by = session.run(&mut self.watch)?;
+            let still = session.still()?;
+            self.write(&still, &picture)?;
+            if !self.doubted
+                && let Some(doubt) = session.unfinished(by).or_else(|| black(&still, self.scene, &picture))
+            {
+                self.doubted = true;
+                self.warn(&format!("warning: {}{doubt}", picture.prefix()));
+            }
+            if interrupt::requested() || pictures.count() == 1 {
+                return Ok(by);
             }
         }
-        if !doubted && let Some(doubt) = run.unfinished(by).or_else(|| black(&still, scene, &picture)) {
-            doubted = true;
-            warn(session, summary, &format!("warning: {}{doubt}", picture.prefix()));
+        Ok(EndedBy::Path)
+    }
+
+    fn write(&mut self, still: &Still, picture: &Picture) -> Result<()> {
+        let comments = self.args.image_options() + &picture.label();
+        for path in &self.args.output.paths {
+            let path = numbered::file(path, picture);
+            if let Some(warning) = still.write(&path, &comments)? {
+                self.warn(&format!("{}: warning: {warning}", path.display()));
+            }
         }
-        let next = picture.index + 1;
-        if next == pictures.count() || interrupt::requested() {
-            session.progress.finish();
-            let all = pictures.count() > 1 && !interrupt::requested();
-            return Ok(run.ended(if all { "path" } else { by }, session.start));
-        }
-        aimed = aim(session, scene, pictures.picture(next, scene))?;
+        Ok(())
+    }
+
+    fn warn(&mut self, line: &str) {
+        self.watch.progress.report(line);
+        self.summary.warnings.push(line.to_owned());
     }
 }
 
 /// What is to be said of a black picture; `None` if it is none.
-fn black(still: &Still<'_>, scene: &Scene, picture: &Picture) -> Option<String> {
-    still.shown(scene, &picture.factors).why_black().map(|why| format!("the picture is black: {why}"))
-}
-
-fn warn(session: &Session<'_>, summary: &mut Summary, line: &str) {
-    session.progress.report(line);
-    summary.warnings.push(line.to_owned());
+fn black(still: &Still, scene: &Scene, picture: &Picture) -> Option<String> {
+    let Still { view, display, combined, layers, .. } = still;
+    let shown = Shown { scene, view, display: *display, factors: &picture.factors, combined, layers };
+    shown.why_black().map(|why| format!("the picture is black: {why}"))
 }
 
 /// Prints what was not destroyed, where the validation layers listen (`PENOMBRE_VALIDATION=1`); their own messages are
@@ -185,28 +196,36 @@ fn say_what_is_left(device: &Device) {
     }
 }
 
+/// How the run ended.
+struct Ended {
+    by: EndedBy,
+    totals: Totals,
+    /// When the process started.
+    start: Instant,
+}
+
 /// Writes the run summary beside the log and says what was done.
-fn finish(args: &RenderArgs, mut summary: Summary, gpu: &setup::Gpu, ended: &Ended, start: Instant) -> Result<()> {
-    let device = gpu.renderer.device().report();
+fn finish(args: &RenderArgs, mut summary: Summary, device: &Device, ended: &Ended) -> Result<()> {
+    let device = device.report();
+    let Totals { frames, engine, first_picture, complete_picture, elapsed } = ended.totals;
+    let since_start = |at: Instant| at.duration_since(ended.start).as_secs_f64();
+    let rate = |seconds: f64| (seconds > 0.0).then(|| engine.rays as f64 / seconds);
     summary.device.clone_from(&device.name);
     summary.driver.clone_from(&device.driver);
     summary.formats = serde_json::to_value(&device.formats).unwrap_or_default();
     summary.seed = args.engine.seed;
     summary.threads = thread_count(args.engine.threads);
     summary.size = [args.scene.size.width, args.scene.size.height];
-    summary.times.device = Some(gpu.device_seconds);
-    summary.times.pipelines = Some(gpu.pipeline_seconds);
-    summary.times.first_frame = ended.first_frame;
-    summary.times.complete_frame = ended.complete_frame;
-    summary.times.total = Some(start.elapsed().as_secs_f64());
-    summary.frames = ended.frames;
-    summary.rays = ended.engine.rays;
-    summary.rays_per_second = (ended.elapsed > 0.0).then(|| ended.engine.rays as f64 / ended.elapsed);
-    summary.rays_per_cpu_second =
-        (ended.engine.cpu_seconds > 0.0).then(|| ended.engine.rays as f64 / ended.engine.cpu_seconds);
-    summary.ended_by = Some(ended.by.to_owned());
+    summary.times.first_frame = first_picture.map(since_start);
+    summary.times.complete_frame = complete_picture.map(since_start);
+    summary.times.total = Some(ended.start.elapsed().as_secs_f64());
+    summary.frames = frames;
+    summary.rays = engine.rays;
+    summary.rays_per_second = rate(elapsed.as_secs_f64());
+    summary.rays_per_cpu_second = rate(engine.cpu_seconds);
+    summary.ended_by = Some(ended.by.name().to_owned());
     if !args.verbosity.quiet {
-        output::report(&summary.line(ended.engine.estimated_error));
+        output::report(&summary.line(engine.estimated_error));
     }
     if args.verbosity.verbose {
         summary.details().iter().for_each(|line| output::report(line));

@@ -8,7 +8,9 @@ use crate::refine::options::Priority;
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
 use crate::scene::up_axis::UpAxis;
-use clap::builder::{PathBufValueParser, PossibleValuesParser, TypedValueParser};
+use crate::session::{PixelCounts, Quality};
+use clap::ValueEnum;
+use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -123,6 +125,27 @@ pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
 /// A priority by name.
 pub fn priority() -> impl TypedValueParser<Value = Priority> {
     named(Priority::NAMES)
+}
+
+/// A preset of quality, by name.
+pub fn quality() -> impl TypedValueParser<Value = Quality> {
+    named(Quality::NAMES)
+}
+
+impl ValueEnum for PixelCounts {
+    fn value_variants<'a>() -> &'a [Self] {
+        &[Self::Histogram, Self::Query, Self::Atomic, Self::Off]
+    }
+
+    fn to_possible_value(&self) -> Option<PossibleValue> {
+        let (name, help) = match self {
+            Self::Histogram => ("histogram", "All of them with each picture, from an image of triangle ids"),
+            Self::Query => ("query", "The largest changed ones, by occlusion queries"),
+            Self::Atomic => ("atomic", "The changed ones as they are drawn, by counters"),
+            Self::Off => ("off", "Not at all"),
+        };
+        Some(PossibleValue::new(name).help(help))
+    }
 }
 
 /// The axis that points up, by name.

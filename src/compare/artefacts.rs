@@ -1,8 +1,8 @@
 //! What an update mode leaves behind, counted pixel by pixel against a full redraw of the same state
 //! (docs/method/updates.md).
 
-use super::mesh::Mesh;
 use crate::pass::LuminanceLayers;
+use crate::refine::replay::HostMesh;
 use crate::refine::update::DrawnId;
 use glam::Vec3;
 
@@ -138,7 +138,7 @@ pub(super) fn ratio(a: f64, b: f64) -> f64 {
 /// Compares what a mode shows with the truth; `masks` (the truth but for `lookup`, whose own full redraw it then is) says which
 /// triangle each pixel is part of.
 #[must_use]
-pub fn compare(surface: &Surface, mesh: &Mesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Counts {
+pub fn compare(surface: &Surface, mesh: &HostMesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Counts {
     let mut counts = Counts::ZERO;
     for pixel in (0..masks.len()).filter(|&pixel| surface.face_id[pixel] != 0) {
         counts.visible += 1;
@@ -150,24 +150,24 @@ pub fn compare(surface: &Surface, mesh: &Mesh, truth: &Truth, masks: &[u32], sho
 }
 
 /// Whether a pixel shows a triangle that is no longer part of the mesh.
-fn is_stale(mesh: &Mesh, id: u32) -> bool {
+fn is_stale(mesh: &HostMesh, id: u32) -> bool {
     id.checked_sub(1).is_some_and(|drawn| !mesh.is_drawn(DrawnId(drawn)))
 }
 
 /// Face of the triangle of an id, both plus 1.
-fn face_of(mesh: &Mesh, id: u32) -> Option<u32> {
+fn face_of(mesh: &HostMesh, id: u32) -> Option<u32> {
     id.checked_sub(1).and_then(|drawn| mesh.face(DrawnId(drawn))).map(|face| face.0 + 1)
 }
 
 /// Whether a pixel shows a face that does not belong there: not the one that is visible, nor, where the mode goes by depth, the one
 /// that the full redraw shows. (At silhouettes those two may differ; either is right.)
-fn is_foreign(mesh: &Mesh, shown: &Shown<'_>, (visible, true_face): (u32, Option<u32>), pixel: usize) -> bool {
+fn is_foreign(mesh: &HostMesh, shown: &Shown<'_>, (visible, true_face): (u32, Option<u32>), pixel: usize) -> bool {
     let face = face_of(mesh, shown.light.drawn_id[pixel]);
     face.is_some() && face != Some(visible) && (shown.goes_by_face || (true_face.is_some() && face != true_face))
 }
 
 /// Counts what happened at a pixel since the last comparison.
-fn events(surface: &Surface, mesh: &Mesh, masks: &[u32], shown: &Shown<'_>, pixel: usize, counts: &mut Counts) {
+fn events(surface: &Surface, mesh: &HostMesh, masks: &[u32], shown: &Shown<'_>, pixel: usize, counts: &mut Counts) {
     let visible = surface.face_id[pixel];
     let true_face = face_of(mesh, masks[pixel]);
     let to_update = true_face == Some(visible) && mesh.changed_after(DrawnId(masks[pixel] - 1), shown.since);
@@ -195,7 +195,7 @@ pub enum Mark {
 
 /// What is wrong with each pixel; the arguments are those of [`compare`].
 #[must_use]
-pub fn marks(surface: &Surface, mesh: &Mesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Vec<Mark> {
+pub fn marks(surface: &Surface, mesh: &HostMesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Vec<Mark> {
     let mark = |pixel: usize| {
         let (visible, id) = (surface.face_id[pixel], shown.light.drawn_id[pixel]);
         let true_face = face_of(mesh, masks[pixel]);
@@ -213,7 +213,14 @@ pub fn marks(surface: &Surface, mesh: &Mesh, truth: &Truth, masks: &[u32], shown
 }
 
 /// Compares the radiance of a pixel where the full redraw shows the face that is visible.
-fn errors(surface: &Surface, mesh: &Mesh, truth: &Truth, light: &LuminanceLayers, pixel: usize, counts: &mut Counts) {
+fn errors(
+    surface: &Surface,
+    mesh: &HostMesh,
+    truth: &Truth,
+    light: &LuminanceLayers,
+    pixel: usize,
+    counts: &mut Counts,
+) {
     if face_of(mesh, truth.drawn_id[pixel]) != Some(surface.face_id[pixel]) {
         counts.unmeasured += 1;
         return;
@@ -235,23 +242,24 @@ mod tests {
     use crate::scene::FaceId;
 
     /// Face 0 drawn with drawn triangle 0, then split into drawn triangles 2 and 3; face 1 with drawn triangle 1 throughout.
-    fn mesh() -> Mesh {
-        let mut mesh = Mesh::default();
+    fn mesh() -> HostMesh {
+        let mut mesh = HostMesh::default();
         let drawn =
             |id, face| (DrawnId(id), DrawnTriangle { slots: [SlotId(0); 3], face: FaceId(face), level: 0, flat: None });
         let patch = |face, old, new| Patch { face: FaceId(face), old, new };
-        mesh.apply(&Update {
+        let first = Update {
             drawn_triangles: vec![drawn(0, 0), drawn(1, 1)],
             patches: vec![patch(0, 0..0, 0..1), patch(1, 1..1, 1..2)],
             patch_triangles: vec![DrawnId(0), DrawnId(1)],
             ..Update::default()
-        });
-        mesh.apply(&Update {
+        };
+        let second = Update {
             drawn_triangles: vec![drawn(2, 0), drawn(3, 0)],
             patches: vec![patch(0, 0..1, 1..3)],
             patch_triangles: vec![DrawnId(0), DrawnId(2), DrawnId(3)],
             ..Update::default()
-        });
+        };
+        [first, second].iter().try_for_each(|update| mesh.apply(update)).expect("updates that fit");
         mesh
     }
 

@@ -1,8 +1,8 @@
 //! What an update costs by the number of its patches: the same drawn triangles split in four, in each mode, in turns.
 
-use super::mesh::Mesh;
 use crate::error::Result;
 use crate::pass::{FrameOptions, Renderer, UpdateMode};
+use crate::refine::replay::HostMesh;
 use crate::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use crate::scene::Scene;
 use glam::Vec3;
@@ -43,7 +43,7 @@ struct Split {
 /// The device is lost or memory runs out.
 pub fn measure(
     renderer: &mut Renderer,
-    (scene, mesh): (&Scene, &Mesh),
+    (scene, mesh): (&Scene, &HostMesh),
     modes: &[UpdateMode],
     (patches, runs): (usize, usize),
     stop: &dyn Fn() -> bool,
@@ -85,7 +85,7 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 impl Split {
     /// Splits `patches` drawn triangles, evenly spread over the mesh; all of them are split first as often as it takes to have so many.
     /// Drawn triangles that are parts of a node, beside finer ones, are left alone. `None` for an empty mesh.
-    fn new(scene: &Scene, mesh: &Mesh, patches: usize) -> Option<Self> {
+    fn new(scene: &Scene, mesh: &HostMesh, patches: usize) -> Option<Self> {
         let drawn_triangles = mesh.drawn().map(|(_, drawn, corners)| (DrawnTriangle { flat: None, ..drawn }, corners));
         let (mut drawn_triangles, parts): (Vec<_>, Vec<_>) =
             drawn_triangles.partition(|(drawn, corners)| is_whole(scene, drawn, corners));
@@ -211,9 +211,9 @@ mod tests {
             update.drawn_triangles.push((DrawnId(face), drawn));
             patch(&mut update, drawn, &[], &[DrawnId(face)]);
         }
-        let mut mesh = Mesh::default();
+        let mut mesh = HostMesh::default();
         assert!(Split::new(&scene, &mesh, 1).is_none());
-        mesh.apply(&update);
+        mesh.apply(&update).expect("an update that fits");
         for patches in [1, 2, 3, 10, 48, 100] {
             let split = Split::new(&scene, &mesh, patches).expect("a mesh");
             assert_eq!((split.split.patches.len(), split.merge.patches.len()), (patches, patches));

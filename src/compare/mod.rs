@@ -5,7 +5,6 @@
 
 pub mod artefacts;
 pub mod cost;
-pub mod mesh;
 pub mod names;
 pub mod page;
 pub mod pictures;

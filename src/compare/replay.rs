@@ -2,9 +2,9 @@
 
 use super::Recording;
 use super::artefacts::{Counts, Mark, Shown, Surface, Truth, compare, marks};
-use super::mesh::Mesh;
 use crate::error::Result;
 use crate::pass::{FrameOptions, FrameStats, LuminanceLayers, Renderer, UpdateMode};
+use crate::refine::replay::HostMesh;
 use glam::{Vec2, Vec3};
 
 /// Updates at most: as many writes as half floats count exactly, in the modes that write some pixels twice.
@@ -161,8 +161,8 @@ pub fn replay(
     stop: &dyn Fn() -> bool,
 ) -> Result<Outcome> {
     begin(renderer, recording, mode)?;
-    let mut mesh = Mesh::default();
-    recording.updates.iter().take(1).for_each(|first| mesh.apply(first));
+    let mut mesh = HostMesh::default();
+    recording.updates.iter().take(1).try_for_each(|first| mesh.apply(first))?;
     let mut light = renderer.read_luminance()?;
     let mut writes = Writes::new(&light);
     let mut outcome = Outcome::empty(mode);
@@ -173,7 +173,7 @@ pub fn replay(
             break;
         }
         renderer.apply(update)?;
-        mesh.apply(update);
+        mesh.apply(update)?;
         let full = outcome.draw(renderer)?;
         light = renderer.read_luminance()?;
         writes.add(&light, full);

@@ -19,6 +19,7 @@ mod probes;
 mod publisher;
 pub mod reflectances;
 mod relight;
+pub mod replay;
 pub mod scheduler;
 pub mod thread;
 pub mod update;

@@ -64,6 +64,14 @@ pub struct Update {
     pub stats: EngineStats,
 }
 
+impl Update {
+    /// Triangles of a patch: those of its range of [`Self::patch_triangles`]; none for a range that is not there.
+    #[must_use]
+    pub fn listed(&self, range: &Range<u32>) -> &[DrawnId] {
+        self.patch_triangles.get(range.start as usize..range.end as usize).unwrap_or_default()
+    }
+}
+
 /// Running totals of the engine, for the log and the progress line.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EngineStats {

@@ -1,6 +1,7 @@
 //! Cameras: the pinhole that both the rasteriser and `reference` look through.
 
 use glam::{Mat4, Vec2, Vec3};
+use std::fmt;
 
 /// A pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +32,13 @@ pub struct ImageSize {
     pub width: u32,
     /// Height, ≥ 1.
     pub height: u32,
+}
+
+impl fmt::Display for ImageSize {
+    /// As options have it: `1024x768`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.width, self.height)
+    }
 }
 
 impl ImageSize {

@@ -3,20 +3,17 @@
 #![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
 
 use glam::{DVec3, Vec2, Vec3};
-use penombre::cache::drawn_mesh::DrawnTriangle;
-use penombre::cache::ids::{DrawnId, SlotId};
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::light::lights::MAX_LIGHT_GROUPS;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
+use penombre::refine::replay::HostMesh;
 use penombre::refine::update::{Slot, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::material::{Material, MaterialId};
 use penombre::scene::{FaceId, Scene, TriangleId};
-use std::collections::{HashMap, HashSet};
-use std::ops::Range;
 use std::sync::Arc;
 
 /// Adds a material.
@@ -62,49 +59,30 @@ pub fn light(scene: &mut Scene, kind: LightKind) {
     scene.lights.push(Light { name, kind });
 }
 
-/// Slots and drawn triangles as the GPU would hold them, with the update's last statistics.
+/// The mesh as the GPU would hold it, with the last update.
 #[derive(Default)]
 pub struct Mirror {
-    pub slots: HashMap<SlotId, Slot>,
-    pub drawn_triangles: HashMap<DrawnId, DrawnTriangle>,
-    /// Triangles drawn now.
-    pub drawn: HashSet<DrawnId>,
+    pub mesh: HostMesh,
     pub last: Update,
 }
 
 impl Mirror {
-    /// Slots, leaves, then patches; what a patch replaces must be there, and what it draws must not.
+    /// Takes an update in, which must fit the mesh.
     pub fn apply(&mut self, update: Update) {
-        if update.generation != self.last.generation {
-            self.drawn.clear();
-        }
-        self.slots.extend(update.slots.iter().copied());
-        self.drawn_triangles.extend(update.drawn_triangles.iter().copied());
-        for patch in &update.patches {
-            let list = |r: &Range<u32>| &update.patch_triangles[r.start as usize..r.end as usize];
-            for drawn in list(&patch.old) {
-                assert!(self.drawn.remove(drawn), "{drawn:?} is replaced but was not drawn");
-            }
-            for drawn in list(&patch.new) {
-                assert!(self.drawn.insert(*drawn), "{drawn:?} is drawn twice");
-                assert_eq!(self.drawn_triangles[drawn].face, patch.face);
-            }
-        }
+        self.mesh.apply(&update).expect("an update that fits the mesh");
         self.last = update;
     }
 
     /// Values at the corners of a face that was not split.
     pub fn face(&self, face: FaceId) -> [Slot; 3] {
-        let mut drawn_triangles = self.drawn.iter().map(|l| self.drawn_triangles[l]).filter(|l| l.face == face);
-        let drawn = drawn_triangles.next().expect("the face is drawn");
-        assert!(drawn_triangles.next().is_none(), "the face is drawn as one triangle");
-        drawn.slots.map(|slot| self.slots[&slot])
+        let triangles = self.triangles(face);
+        assert_eq!(triangles.len(), 1, "the face is drawn as one triangle");
+        triangles[0]
     }
 
     /// Drawn triangles of a face, as corner slots.
     pub fn triangles(&self, face: FaceId) -> Vec<[Slot; 3]> {
-        let drawn_triangles = self.drawn.iter().map(|l| self.drawn_triangles[l]).filter(|l| l.face == face);
-        drawn_triangles.map(|l| l.slots.map(|slot| self.slots[&slot])).collect()
+        self.mesh.drawn().filter(|(_, drawn, _)| drawn.face == face).map(|(.., corners)| corners).collect()
     }
 
     /// D at a point of a face, as the rasteriser interpolates it.

@@ -2,9 +2,7 @@
 
 use super::GPU;
 use crate::cli::values;
-use crate::error::Result;
-use crate::pass::{Depth, DepthFormat, DepthOrder};
-use crate::vk::Device;
+use crate::pass::{DepthFormat, DepthOrder};
 use clap::Args;
 
 /// How depth is kept.
@@ -26,13 +24,5 @@ impl DepthArgs {
         let format = self.depth_format.map_or_else(String::new, |f| format!(" --depth-format {}", f.name()));
         let order = if self.depth == DepthOrder::default() { "" } else { " --depth ordinary" };
         format + order
-    }
-
-    /// Depth on a device.
-    ///
-    /// # Errors
-    /// [`crate::error::Error::NoDevice`] if the device lacks the format.
-    pub fn on(&self, device: &Device) -> Result<Depth> {
-        Depth::new(device, self.depth_format, self.depth)
     }
 }

@@ -8,19 +8,19 @@ pub mod reference;
 
 use self::bench::BenchArgs;
 use self::reference::ReferenceArgs;
-use super::pictures::numbered;
+use super::numbered::numbered;
 use super::values;
 use crate::error::{Error, Result};
 use crate::estimate::hemisphere::Method;
 use crate::image::atomic;
-use crate::light::lights::MAX_LIGHT_GROUPS;
 use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
 use crate::refine::options::Priority;
 use crate::scene::camera::ImageSize;
 use crate::scene::up_axis::UpAxis;
 use crate::scene::{Display, ToneMapping};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use crate::session::{Budget, Options, PixelCounts, Quality, Refinement, Thresholds, thread_count};
+use clap::{Args, Parser, Subcommand};
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -106,17 +106,17 @@ pub struct RenderArgs {
     #[arg(long, help_heading = REFINEMENT)]
     pub no_filter: bool,
     /// How changed lighting is redrawn: `id` was measured to be exact and as cheap as any (see `penombre compare`)
-    #[arg(long, value_name = "MODE", default_value = "id", value_parser = values::update_mode(), help_heading = GPU)]
+    #[arg(long, value_name = "MODE", default_value = UpdateMode::default().name(), value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,
     /// How depth is kept.
     #[command(flatten)]
     pub depth: DepthArgs,
     /// How the pixels of triangles are counted, which steers refinement
-    #[arg(long, value_name = "HOW", default_value = "histogram", help_heading = GPU)]
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = PixelCounts::default(), help_heading = GPU)]
     pub pixel_counts: PixelCounts,
     /// Milliseconds between two frames while the camera is still
-    #[arg(long, value_name = "MS", allow_negative_numbers = true, default_value = "40", value_parser = values::milliseconds,
-        help_heading = GPU)]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, default_value = "40",
+        value_parser = values::milliseconds, help_heading = GPU)]
     pub refresh: Duration,
     /// The Vulkan device.
     #[command(flatten)]
@@ -142,7 +142,7 @@ pub struct SceneArgs {
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
     /// Image size in pixels
-    #[arg(long, value_name = "WxH", default_value = "1024x768", value_parser = values::size)]
+    #[arg(long, value_name = "WxH", default_value_t = Options::SIZE, value_parser = values::size)]
     pub size: ImageSize,
     /// Axis that points up in a bare .obj, for the camera and the light that are added [default: y]
     #[arg(long, value_name = "AXIS", value_parser = values::up_axis())]
@@ -192,36 +192,10 @@ pub struct BudgetArgs {
     /// Rays
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..))]
     pub rays: Option<u64>,
-    /// Estimated relative error of the image [default: 0.01 where no other limit is given]
-    #[arg(long, value_name = "RELATIVE", allow_negative_numbers = true, value_parser = values::positive)]
+    /// Estimated relative error of the image, which has a default where no other limit is given
+    #[arg(long, value_name = "RELATIVE", allow_negative_numbers = true, value_parser = values::positive,
+        help = format!("Estimated relative error of the image [default: {} where no other limit is given]", Budget::DEFAULT_ERROR))]
     pub error: Option<f32>,
-}
-
-impl BudgetArgs {
-    /// Error that ends a run without other limits: finer light takes many times longer and is hardly seen.
-    const DEFAULT_ERROR: f32 = 0.01;
-
-    /// The estimated error at which the run ends, if any does.
-    #[must_use]
-    pub fn least_error(&self) -> Option<f32> {
-        let unlimited = self.time.is_none() && self.frames.is_none() && self.rays.is_none();
-        self.error.or(unlimited.then_some(Self::DEFAULT_ERROR))
-    }
-
-    /// What a run may have spent when picture `index` of `of` is done, from what is spent so far: the rest is shared out evenly,
-    /// but for the first picture, which starts from nothing. Frames are not counted.
-    #[must_use]
-    pub fn share(&self, index: u64, of: u64, elapsed: Duration, rays: u64) -> Self {
-        const FIRST_COUNTS_AS: f64 = 8.0;
-        let left = of.saturating_sub(index).max(1) as f64;
-        let share = if index == 0 { FIRST_COUNTS_AS / (FIRST_COUNTS_AS - 1.0 + left) } else { left.recip() };
-        Self {
-            time: self.time.map(|limit| elapsed + limit.saturating_sub(elapsed).mul_f64(share)),
-            frames: None,
-            rays: self.rays.map(|limit| rays + (limit.saturating_sub(rays) as f64 * share) as u64),
-            error: Self { frames: None, ..*self }.least_error(),
-        }
-    }
 }
 
 /// The light engine.
@@ -239,34 +213,46 @@ pub struct EngineArgs {
     pub deterministic: bool,
 }
 
+/// Where refinement stops without `--quality`: the defaults that the help text shows.
+const NORMAL: Thresholds = Quality::Normal.thresholds();
+
 /// What is refined, and how far.
 #[derive(Args, Clone, Copy, Debug)]
 #[command(next_help_heading = REFINEMENT)]
 pub struct RefinementArgs {
+    /// How far light is refined: sets --min-pixels, --contrast, --shadow-size and an inner tolerance together; those that are
+    /// given win
+    #[arg(long, value_name = "PRESET", default_value = Quality::default().name(), value_parser = values::quality())]
+    pub quality: Quality,
     /// Only light that arrives from the sources without a bounce
     #[arg(long)]
     pub direct_only: bool,
     /// How the directions of indirect light are chosen: evenly, so that rays add up without bias, or by what the first rays
     /// found, with a bias (to compare)
-    #[arg(long, value_name = "METHOD", default_value = "stratified", value_parser = values::hemisphere(),
+    #[arg(long, value_name = "METHOD", default_value = Refinement::default().hemisphere.name(),
+        value_parser = values::hemisphere(),
         conflicts_with = "direct_only")]
     pub hemisphere: Method,
     /// Lights whose visibility is kept each by itself; where there are more, small ones near each other share a mesh, which costs
     /// less and blurs their shadows for longer
-    #[arg(long = "max-light-meshes", value_name = "N", allow_negative_numbers = true, default_value_t = MAX_LIGHT_GROUPS as u32,
+    #[arg(long = "max-light-meshes", value_name = "N", allow_negative_numbers = true, default_value_t = Refinement::default().max_light_groups,
         value_parser = clap::value_parser!(u32).range(1..))]
     pub max_light_groups: u32,
     /// Which triangle is split next: where most image error goes a ray, or at random as the paper does
     #[arg(long, value_name = "MODE", default_value = "error", value_parser = values::priority())]
     pub priority: Priority,
-    /// Triangles that cover no more pixels are not split
-    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, default_value_t = 3.0, value_parser = values::not_negative)]
-    pub min_pixels: f32,
-    /// Michelson contrast that counts as a discontinuity (with --priority random)
-    #[arg(long, value_name = "CONTRAST", allow_negative_numbers = true, default_value_t = 0.02, value_parser = values::positive)]
-    pub contrast: f32,
-    /// Size of the smallest shadow that must not be missed, scene units [default: about 12 pixels, near the eye too]
-    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = values::positive)]
+    /// Triangles that cover no more pixels are not split; `None` as the preset says
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true, value_parser = values::not_negative,
+        help = format!("Triangles that cover no more pixels are not split [default: {}]", NORMAL.min_pixels))]
+    pub min_pixels: Option<f32>,
+    /// Michelson contrast that counts as a discontinuity; `None` as the preset says
+    #[arg(long, value_name = "CONTRAST", allow_negative_numbers = true, value_parser = values::positive,
+        help = format!("Michelson contrast that counts as a discontinuity (with --priority random) [default: {}]", NORMAL.contrast))]
+    pub contrast: Option<f32>,
+    /// Size of the smallest shadow that must not be missed, scene units; `None` as the preset says
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = values::positive,
+        help = format!("Size of the smallest shadow that must not be missed, scene units [default: about {} pixels, near the eye too]",
+            NORMAL.shadow_pixels))]
     pub shadow_size: Option<f32>,
 }
 
@@ -316,32 +302,12 @@ impl CpuArgs {
     }
 }
 
-/// How the pixels of triangles are counted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum PixelCounts {
-    /// All of them with each picture, from an image of triangle ids
-    Histogram,
-    /// The largest changed ones, by occlusion queries
-    Query,
-    /// The changed ones as they are drawn, by counters
-    Atomic,
-    /// Not at all
-    Off,
-}
-
 /// Options of `info`.
 #[derive(Args, Debug)]
 pub struct InfoArgs {
     /// As JSON
     #[arg(long)]
     pub json: bool,
-}
-
-/// Number of threads: as asked, or as many as the machine can run at once.
-#[must_use]
-pub fn thread_count(asked: Option<u32>) -> usize {
-    let available = || std::thread::available_parallelism().map_or(1, usize::from);
-    asked.map_or_else(available, |n| n as usize)
 }
 
 impl SceneArgs {
@@ -391,6 +357,9 @@ impl RenderArgs {
             RefinementArgs { direct_only: true, .. } => text += " --direct-only",
             RefinementArgs { hemisphere: Method::Stratified, .. } => {}
             RefinementArgs { hemisphere, .. } => text += &format!(" --hemisphere {}", hemisphere.name()),
+        }
+        if self.refinement.quality != Quality::default() {
+            text += &format!(" --quality {}", self.refinement.quality.name());
         }
         text += if self.no_filter { " --no-filter" } else { "" };
         let BudgetArgs { frames, rays, error, .. } = self.budget;

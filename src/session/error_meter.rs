@@ -1,4 +1,4 @@
-//! The reference of `render --reference`: error columns of the frame log.
+//! A reference image of the view: the error columns of the frame log.
 
 use crate::error::{Error, Result};
 use crate::image::exr::RgbImage;
@@ -31,12 +31,12 @@ impl ErrorMeter {
         Self { image, counted, display, displayed, flip_due: None }
     }
 
-    /// How many pixels are compared of how many, for the user.
+    /// How many pixels are compared, and how many there are.
     #[must_use]
-    pub fn describe(&self) -> String {
+    pub fn compared(&self) -> (usize, usize) {
         let all = self.image.size.pixels();
         let counted = self.counted.as_ref().map_or(all, |flags| flags.iter().filter(|&&counts| counts).count());
-        format!("--reference: {counted} of {all} pixels compared")
+        (counted, all)
     }
 
     /// Error of a frame over the pixels that count. FLIP when it is due, and in the `last` one; never against a reference that

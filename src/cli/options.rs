@@ -1,0 +1,103 @@
+//! What was typed, as a session takes it.
+
+use super::args::bench::ConvergenceArgs;
+use super::args::{BudgetArgs, CompareArgs, RefinementArgs, RenderArgs};
+use crate::pass::UpdateMode;
+use crate::scene::camera::ImageSize;
+use crate::session::{Batches, Budget, Options, Pace, Refinement, Thresholds};
+use std::time::Duration;
+
+impl RenderArgs {
+    /// The options of the run, but for how its images are displayed, which the scene has a say in.
+    #[must_use]
+    pub fn options(&self) -> Options {
+        let budget = self.budget.limits();
+        Options {
+            size: self.scene.size,
+            display: None,
+            device: self.device.device.clone(),
+            threads: self.engine.threads,
+            seed: self.engine.seed,
+            pace: if self.engine.deterministic { Pace::Fixed(Batches::A_FRAME) } else { Pace::Free },
+            refinement: self.refinement.options(!self.no_filter),
+            update: self.update,
+            depth_format: self.depth.depth_format,
+            depth_order: self.depth.depth,
+            pixel_counts: self.pixel_counts,
+            refresh: self.refresh,
+            redraws: self.output.aa,
+            // Each picture of a path gets its own.
+            budget: if self.camera_path.is_some() { budget } else { budget.or_default_error() },
+        }
+    }
+}
+
+impl ConvergenceArgs {
+    /// The options of the engine's run: batches of fixed work, more between frames as rays add up, pictures when they are measured.
+    #[must_use]
+    pub fn options(&self, size: ImageSize) -> Options {
+        // Pixels are counted as often as by `render`, a few times a second.
+        let batches = Batches { rays: 20_000, most: 400_000, counts_lag: 0 };
+        Options {
+            size,
+            device: self.device.device.clone(),
+            threads: self.cpu.threads,
+            seed: self.cpu.seed,
+            pace: Pace::Fixed(batches),
+            refinement: self.refinement.options(self.filtered),
+            update: UpdateMode::Stencil,
+            refresh: Duration::MAX,
+            budget: Budget::default(),
+            ..Options::default()
+        }
+    }
+}
+
+impl CompareArgs {
+    /// The options of a recording: what `render` refines, an update of fixed work a frame.
+    #[must_use]
+    pub fn options(&self) -> Options {
+        let rays = self.recording.rays;
+        Options {
+            size: self.size,
+            threads: self.recording.threads,
+            seed: self.recording.seed,
+            pace: Pace::Fixed(Batches { rays, most: rays, counts_lag: 0 }),
+            refinement: Refinement { indirect: !self.recording.direct_only, ..Refinement::default() },
+            update: UpdateMode::Full,
+            refresh: Duration::MAX,
+            budget: Budget::default(),
+            ..Options::default()
+        }
+    }
+}
+
+impl BudgetArgs {
+    /// The limits as they were typed.
+    #[must_use]
+    pub const fn limits(&self) -> Budget {
+        let Self { time, frames, rays, error } = *self;
+        Budget { time, frames, rays, error }
+    }
+}
+
+impl RefinementArgs {
+    /// The preset of `--quality`, but for what was typed; `filter` is another option of each command.
+    #[must_use]
+    pub fn options(&self, filter: bool) -> Refinement {
+        let preset = self.quality.thresholds();
+        Refinement {
+            indirect: !self.direct_only,
+            filter,
+            hemisphere: self.hemisphere,
+            max_light_groups: self.max_light_groups,
+            priority: self.priority,
+            thresholds: Thresholds {
+                contrast: self.contrast.unwrap_or(preset.contrast),
+                min_pixels: self.min_pixels.unwrap_or(preset.min_pixels),
+                ..preset
+            },
+            shadow_size: self.shadow_size,
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! When things happened in a run.
+
+use std::time::{Duration, Instant};
+
+/// Moments of a run, by the wall clock; `None` for what is still to come.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Clock {
+    /// When the first frame began.
+    first_frame: Option<Instant>,
+    /// When the first light was there: what a budget's time counts from.
+    first_light: Option<Instant>,
+    /// When the last picture was made.
+    last_picture: Option<Instant>,
+    /// When the first picture was made, and the first in which every visible vertex has a value.
+    pub first_picture: Option<Instant>,
+    pub complete_picture: Option<Instant>,
+}
+
+impl Clock {
+    pub(super) fn frame_begins(&mut self) {
+        self.first_frame.get_or_insert_with(Instant::now);
+    }
+
+    pub(super) fn light_is_there(&mut self) {
+        self.first_light.get_or_insert_with(Instant::now);
+    }
+
+    /// A frame is done, with a picture or without; when that is, since the first frame began.
+    pub(super) fn frame_ends(&mut self, picture: bool, complete: bool) -> Duration {
+        let now = Instant::now();
+        if picture {
+            self.last_picture = Some(now);
+            self.first_picture.get_or_insert(now);
+        }
+        if picture && complete {
+            self.complete_picture.get_or_insert(now);
+        }
+        self.first_frame.map_or(Duration::ZERO, |first| now.duration_since(first))
+    }
+
+    /// Whether a picture is due that comes every `refresh`.
+    pub(super) fn picture_is_due(&self, refresh: Duration) -> bool {
+        self.last_picture.is_none_or(|last| last.elapsed() >= refresh)
+    }
+
+    /// How long until it is, a millisecond at least; no time before the first.
+    pub(super) fn until_picture(&self, refresh: Duration) -> Duration {
+        let left = |last: Instant| refresh.saturating_sub(last.elapsed()).max(Duration::from_millis(1));
+        self.last_picture.map_or(Duration::ZERO, left)
+    }
+
+    pub(super) fn since_light(&self) -> Duration {
+        since(self.first_light)
+    }
+
+    pub(super) fn since_first_frame(&self) -> Duration {
+        since(self.first_frame)
+    }
+}
+
+/// Time since then; none if that is still to come.
+fn since(then: Option<Instant>) -> Duration {
+    then.map_or(Duration::ZERO, |then| then.elapsed())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_due_at_once_and_then_in_turn() {
+        let mut clock = Clock::default();
+        let long = Duration::from_secs(3600);
+        assert_eq!((clock.picture_is_due(long), clock.until_picture(long)), (true, Duration::ZERO));
+        clock.frame_begins();
+        clock.frame_ends(true, false);
+        assert!(!clock.picture_is_due(long) && clock.picture_is_due(Duration::ZERO));
+        assert!(clock.until_picture(long) > Duration::from_secs(3000));
+        assert_eq!(clock.until_picture(Duration::ZERO), Duration::from_millis(1));
+        assert!(!clock.picture_is_due(Duration::MAX), "never");
+    }
+
+    #[test]
+    fn first_moments_stay() {
+        let mut clock = Clock::default();
+        assert_eq!((clock.since_light(), clock.since_first_frame()), (Duration::ZERO, Duration::ZERO));
+        clock.frame_begins();
+        clock.frame_ends(false, true);
+        assert!(clock.first_picture.is_none() && clock.complete_picture.is_none());
+        clock.frame_ends(true, false);
+        assert!(clock.first_picture.is_some() && clock.complete_picture.is_none());
+        let first = clock.first_picture;
+        clock.frame_ends(true, true);
+        assert!(clock.complete_picture.is_some() && clock.first_picture == first);
+    }
+}

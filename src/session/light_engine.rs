@@ -1,0 +1,152 @@
+//! The light engine as a session drives it: on a thread of its own, or owned and run between frames.
+
+use crate::error::{Error, Result};
+use crate::refine::engine::{Budget, Counted, Engine, Visible};
+use crate::refine::thread::EngineThread;
+use crate::refine::update::Update;
+use glam::Vec3;
+use std::collections::VecDeque;
+use std::time::Duration;
+
+/// How much work the engine does between two frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// As much as it comes to, beside the frames.
+    Free,
+    /// Batches of fixed work, the frames wait for them: the same seed gives the same frames.
+    Fixed(Batches),
+}
+
+/// Fixed work of the engine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Batches {
+    /// Rays of a batch, at least.
+    pub rays: u64,
+    /// Rays between two frames at most: more batches come between them as the rays so far grow.
+    pub most: u64,
+    /// Frames between a count of pixels and the engine hearing of it.
+    pub counts_lag: usize,
+}
+
+impl Batches {
+    /// One batch a frame, heard of as late as by a device that draws two frames ahead: `render --deterministic`.
+    pub const A_FRAME: Self = Self { rays: 20_000, most: 20_000, counts_lag: 2 };
+
+    /// More come between two frames when a frame's would add less than this share of the rays so far.
+    const GROWTH: u64 = 16;
+
+    /// Batches until the next frame, when so many rays are traced.
+    #[must_use]
+    pub fn until_next_frame(&self, rays: u64) -> u64 {
+        (rays / Self::GROWTH).clamp(self.rays, self.most) / self.rays
+    }
+}
+
+/// A light engine, wherever it runs.
+pub enum LightEngine {
+    /// On a thread of its own, free or stepped.
+    Thread(EngineThread),
+    /// In the caller's thread: it works when it is stepped.
+    Owned(Box<OwnedEngine>),
+}
+
+/// An engine with the updates that it has answered.
+pub struct OwnedEngine {
+    engine: Engine,
+    updates: VecDeque<Update>,
+}
+
+impl LightEngine {
+    /// An engine that runs in the caller's thread.
+    #[must_use]
+    pub fn owned(engine: Engine) -> Self {
+        Self::Owned(Box::new(OwnedEngine { engine, updates: VecDeque::new() }))
+    }
+
+    /// Sends a new view in which the lights emit `factors` times what the scene says, all as loaded if it is empty.
+    pub fn relight(&mut self, factors: Vec<Vec3>, visible: Visible) {
+        match self {
+            Self::Thread(thread) => thread.relight(factors, visible),
+            Self::Owned(owned) => {
+                let update = owned.engine.relight(&factors, &visible);
+                owned.updates.push_back(update);
+            }
+        }
+    }
+
+    /// Asks for one batch of at least `rays` rays; exactly one update answers. Not for a thread at a free pace.
+    pub fn step(&mut self, rays: u64) {
+        match self {
+            Self::Thread(thread) => thread.step(rays),
+            Self::Owned(owned) => {
+                let update = owned.engine.step(Budget::Rays(rays));
+                owned.updates.push_back(update);
+            }
+        }
+    }
+
+    /// Tells what the GPU has drawn.
+    pub fn counted(&mut self, counted: Counted) {
+        match self {
+            Self::Thread(thread) => thread.counted(counted),
+            Self::Owned(owned) => owned.engine.counted(&counted),
+        }
+    }
+
+    /// The next update, waiting for it.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the engine has stopped, or an owned one was not asked for anything.
+    pub fn wait(&mut self) -> Result<Update> {
+        let update = match self {
+            Self::Thread(thread) => thread.wait(),
+            Self::Owned(owned) => owned.updates.pop_front(),
+        };
+        update.ok_or_else(stopped)
+    }
+
+    /// The next update if one arrives within `timeout`.
+    pub fn wait_for(&mut self, timeout: Duration) -> Option<Update> {
+        match self {
+            Self::Thread(thread) => thread.wait_for(timeout),
+            Self::Owned(owned) => owned.updates.pop_front(),
+        }
+    }
+
+    /// The updates that have arrived, without waiting.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the engine has stopped.
+    pub fn arrived(&mut self) -> Result<Vec<Update>> {
+        match self {
+            Self::Thread(thread) => thread.drain().ok_or_else(stopped),
+            Self::Owned(owned) => Ok(owned.updates.drain(..).collect()),
+        }
+    }
+
+    /// Whether an owned engine has nothing to do until it hears more; of one on a thread only its updates tell.
+    #[must_use]
+    pub fn is_idle(&self) -> Option<bool> {
+        match self {
+            Self::Thread(_) => None,
+            Self::Owned(owned) => Some(owned.engine.is_idle()),
+        }
+    }
+}
+
+fn stopped() -> Error {
+    Error::Internal("the light engine has stopped".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_grow_with_the_rays_so_far_up_to_the_most() {
+        let growing = Batches { rays: 20_000, most: 400_000, counts_lag: 0 };
+        let batches = [0, 320_000, 639_999, 640_000, 6_400_000, u64::MAX].map(|rays| growing.until_next_frame(rays));
+        assert_eq!(batches, [1, 1, 1, 2, 20, 20]);
+        assert_eq!([0, u64::MAX].map(|rays| Batches::A_FRAME.until_next_frame(rays)), [1, 1]);
+    }
+}

@@ -1,0 +1,47 @@
+//! A refinement recorded: what the engine tells the renderer, update by update.
+
+use super::Session;
+use super::observer::Observer;
+use super::visible::visible_faces;
+use crate::error::Result;
+use crate::refine::engine::Counted;
+use crate::refine::update::Update;
+use crate::scene::camera::View;
+
+/// Rays between two looks at whether the recording is broken off.
+const BATCH: u64 = 50_000;
+
+impl Session {
+    /// Refines a view for so many updates, and returns them: the first shows all of it. Every visible vertex has a first value before it
+    /// starts, so that what is recorded are splits and values that get better. Ends early when nothing is left to do, or the
+    /// observer interrupts. For an engine that is owned, or works at a fixed pace.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn record(&mut self, view: &View, updates: u32, observer: &mut dyn Observer) -> Result<Vec<Update>> {
+        self.light_vertices(view, observer)?;
+        self.look(view, &[])?;
+        let mut recorded = self.step(observer)?.updates;
+        for _ in 0..updates {
+            if observer.interrupted() || self.is_idle() {
+                break;
+            }
+            recorded.extend(self.step(observer)?.updates);
+        }
+        Ok(recorded)
+    }
+
+    /// Gives every vertex that a view shows a first value, without drawing.
+    fn light_vertices(&mut self, view: &View, observer: &dyn Observer) -> Result<()> {
+        let faces = visible_faces(&mut self.renderer, view, self.options.redraws)?;
+        self.send_view(view, faces, &[]);
+        let mut update = self.engine.wait()?;
+        while !update.stats.complete && !observer.interrupted() {
+            self.engine.step(BATCH);
+            update = self.engine.wait()?;
+            let Update { generation, sequence, .. } = update;
+            self.engine.counted(Counted { generation, sequence, pixels: None, complete: false });
+        }
+        Ok(())
+    }
+}

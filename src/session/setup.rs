@@ -1,0 +1,166 @@
+//! What a run starts from: device, hierarchy and light engine, each set up on a thread of its own.
+
+use super::Session;
+use super::light_engine::{LightEngine, Pace};
+use super::options::{Options, thread_count};
+use crate::error::{Error, Result};
+use crate::geom::bvh::Bvh;
+use crate::pass::Renderer;
+use crate::refine::engine::Engine;
+use crate::refine::thread::{EngineThread, Pace as ThreadPace};
+use crate::refine::workers::Workers;
+use crate::scene::Scene;
+use crate::vk::{Device, DeviceOptions};
+use std::sync::{Arc, OnceLock};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+/// The GPU side, opened while the scene loads.
+pub struct Gpu {
+    /// The passes of a frame.
+    pub renderer: Renderer,
+    /// Seconds that opening the device took.
+    pub device_seconds: f64,
+    /// Seconds that building the pipelines took.
+    pub pipeline_seconds: f64,
+}
+
+/// The GPU side in the making. Whoever leaves early waits for it: a driver whose set-up is cut off by the end of the process may
+/// crash it.
+pub struct Opening(Option<JoinHandle<Result<Gpu>>>);
+
+impl Opening {
+    /// Opens the device that the options name on a thread of its own, for images of their size.
+    ///
+    /// # Errors
+    /// [`Error::Exhausted`] if the system gives no thread.
+    pub fn start(options: &Options) -> Result<Self> {
+        let options = options.clone();
+        let thread = spawn("penombre-gpu-setup", move || {
+            let start = Instant::now();
+            let device = Device::new(&DeviceOptions { device: options.device.clone(), validation: None })?;
+            let device_seconds = start.elapsed().as_secs_f64();
+            let made_for = options.renderer_options(&device)?;
+            let renderer = Renderer::with_options(device, options.size, made_for)?;
+            let pipeline_seconds = start.elapsed().as_secs_f64() - device_seconds;
+            Ok(Gpu { renderer, device_seconds, pipeline_seconds })
+        })?;
+        Ok(Self(Some(thread)))
+    }
+
+    /// Waits for it.
+    ///
+    /// # Errors
+    /// No usable device, or no memory for the images.
+    pub fn finish(mut self) -> Result<Gpu> {
+        let thread = self.0.take().ok_or_else(|| Error::Internal("the GPU is opened once".to_owned()))?;
+        thread.join().map_err(|_| Error::Internal("a set-up thread panicked".to_owned()))?
+    }
+}
+
+impl Drop for Opening {
+    fn drop(&mut self) {
+        if let Some(thread) = self.0.take() {
+            // What went wrong there does not matter any more.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl Gpu {
+    /// A session of a scene; its engine waits on a thread of its own for the hierarchy.
+    ///
+    /// # Errors
+    /// [`Error::Exhausted`] when memory or threads run out, or the device is lost.
+    pub fn session(
+        self,
+        scene: &Arc<Scene>,
+        hierarchy: impl FnOnce() -> Arc<Bvh> + Send + 'static,
+        options: &Options,
+    ) -> Result<Session> {
+        let mut renderer = self.renderer;
+        renderer.load(scene)?;
+        renderer.resize(options.size)?;
+        let engine = LightEngine::Thread(engine_thread(scene, hierarchy, options)?);
+        Ok(Session::new(renderer, engine, scene, options))
+    }
+}
+
+impl Session {
+    /// Opens the device and builds hierarchy and engine in parallel. The first step waits for what is not done by then.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] without a usable device, [`Error::Exhausted`] when memory or threads run out.
+    pub fn open(scene: &Arc<Scene>, options: &Options) -> Result<Self> {
+        let opening = Opening::start(options)?;
+        let hierarchy = Hierarchy::start(scene)?;
+        opening.finish()?.session(scene, || hierarchy.finish(), options)
+    }
+}
+
+/// A hierarchy in the making.
+pub struct Hierarchy {
+    thread: JoinHandle<Bvh>,
+    /// Seconds that it took, once it is there.
+    pub seconds: Arc<OnceLock<f64>>,
+}
+
+impl Hierarchy {
+    /// Builds the hierarchy of a scene on a thread of its own.
+    ///
+    /// # Errors
+    /// [`Error::Exhausted`] if the system gives no thread.
+    pub fn start(scene: &Arc<Scene>) -> Result<Self> {
+        let seconds = Arc::new(OnceLock::new());
+        let (scene, done) = (Arc::clone(scene), Arc::clone(&seconds));
+        let thread = spawn("penombre-bvh", move || {
+            let start = Instant::now();
+            let bvh = Bvh::build(&scene);
+            let _ = done.set(start.elapsed().as_secs_f64());
+            bvh
+        })?;
+        Ok(Self { thread, seconds })
+    }
+
+    /// Waits for it.
+    #[must_use]
+    pub fn finish(self) -> Arc<Bvh> {
+        // A panic of the builder has ended the process in the panic hook; an empty tree never gets used.
+        Arc::new(self.thread.join().unwrap_or_else(|_| Bvh::build(&Scene::default())))
+    }
+}
+
+/// Starts an engine; its thread waits for the hierarchy.
+fn engine_thread(
+    scene: &Arc<Scene>,
+    hierarchy: impl FnOnce() -> Arc<Bvh> + Send + 'static,
+    options: &Options,
+) -> Result<EngineThread> {
+    let workers = workers(options)?;
+    let pace = if options.pace == Pace::Free { ThreadPace::Free } else { ThreadPace::Stepped };
+    let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
+    EngineThread::spawn(pace, move || Engine::new(scene, hierarchy(), workers, options)).map_err(|e| no_threads(&e))
+}
+
+/// An engine that runs in the caller's thread; the pace is the session's.
+///
+/// # Errors
+/// [`Error::Exhausted`] if the system gives no threads.
+pub fn owned_engine(scene: &Arc<Scene>, bvh: &Arc<Bvh>, options: &Options) -> Result<LightEngine> {
+    let workers = workers(options)?;
+    let engine = Engine::new(Arc::clone(scene), Arc::clone(bvh), workers, options.engine_options(scene));
+    Ok(LightEngine::owned(engine))
+}
+
+fn workers(options: &Options) -> Result<Workers> {
+    Workers::new(thread_count(options.threads)).map_err(|e| no_threads(&e))
+}
+
+fn no_threads(fault: &dyn std::fmt::Display) -> Error {
+    Error::Exhausted(format!("cannot start threads: {fault}"))
+}
+
+fn spawn<T: Send + 'static>(name: &str, work: impl FnOnce() -> T + Send + 'static) -> Result<JoinHandle<T>> {
+    let spawned = std::thread::Builder::new().name(name.to_owned()).spawn(work);
+    spawned.map_err(|e| Error::Exhausted(format!("cannot start a thread: {e}")))
+}

@@ -1,0 +1,52 @@
+//! What a run did, up to now.
+
+use super::{EndedBy, Session};
+use crate::refine::update::EngineStats;
+use std::time::{Duration, Instant};
+
+/// Totals of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Totals {
+    /// Frames drawn.
+    pub frames: u64,
+    /// The engine's totals as the last of them shows them.
+    pub engine: EngineStats,
+    /// When the first picture was made.
+    pub first_picture: Option<Instant>,
+    /// When the first picture was made in which every visible vertex has a value.
+    pub complete_picture: Option<Instant>,
+    /// Since the first frame began.
+    pub elapsed: Duration,
+}
+
+impl Session {
+    /// What was done up to now.
+    #[must_use]
+    pub fn totals(&self) -> Totals {
+        Totals {
+            frames: self.frames,
+            engine: self.stats,
+            first_picture: self.clock.first_picture,
+            complete_picture: self.clock.complete_picture,
+            elapsed: self.clock.since_first_frame(),
+        }
+    }
+
+    /// What is to be said of a picture that is left, because of `by`, before every vertex that it shows has a value.
+    #[must_use]
+    pub fn unfinished(&self, by: EndedBy) -> Option<String> {
+        let EngineStats { unlit, visible, complete, .. } = self.stats;
+        if complete {
+            return None;
+        }
+        Some(if self.generation.is_none() {
+            "the run ended before the ray hierarchy was built: there is no light in the picture".to_owned()
+        } else {
+            let (by, share) = (by.name(), (unlit * 100).div_ceil(visible.max(1)));
+            format!(
+                "the run ended ({by}) before every visible vertex had a value: {unlit} of {visible} ({share} %) have none, and \
+                 are black or guessed from others; give it more time"
+            )
+        })
+    }
+}

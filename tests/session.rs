@@ -1,0 +1,192 @@
+//! A session by itself, as a window or a script drives it: no command line, a small scene, a few lines.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
+
+mod support;
+
+use glam::Vec3;
+use penombre::error::Result;
+use penombre::geom::bvh::Bvh;
+use penombre::pass::{Renderer, UpdateMode};
+use penombre::refine::replay::HostMesh;
+use penombre::refine::update::EngineStats;
+use penombre::scene::Scene;
+use penombre::scene::camera::{ImageSize, View};
+use penombre::scene::light::{Light, LightKind};
+use penombre::session::{
+    Batches, Budget, EndedBy, FrameReport, Observer, Options, Pace, Quality, Refinement, Session, Unobserved,
+    owned_engine,
+};
+use std::sync::Arc;
+use std::time::Duration;
+use support::{add_quad, empty_scene, finish, view_of};
+
+/// A floor under a lamp, half of it in the shadow of a board.
+fn floor() -> Arc<Scene> {
+    let mut scene = empty_scene();
+    add_quad(&mut scene, Vec3::new(-1.0, -0.8, 1.0), Vec3::X * 2.0, Vec3::Z * -2.0, 0, 1.0);
+    add_quad(&mut scene, Vec3::new(-0.5, 0.0, 0.3), Vec3::X * 0.6, Vec3::Z * -0.6, 0, 1.0);
+    let kind = LightKind::Point { position: Vec3::new(0.2, 1.5, 0.4), intensity: Vec3::splat(6.0) };
+    scene.lights.push(Light { name: "lamp".to_owned(), kind });
+    Arc::new(scene)
+}
+
+fn options(budget: Budget) -> Options {
+    Options {
+        size: ImageSize { width: 64, height: 48 },
+        threads: Some(1),
+        pace: Pace::Fixed(Batches { rays: 2_000, ..Batches::A_FRAME }),
+        refinement: Refinement { indirect: false, thresholds: Quality::Draft.thresholds(), ..Refinement::default() },
+        budget,
+        ..Options::default()
+    }
+}
+
+/// A session with an engine of its own, watched by the validation layers, if there is a device.
+fn with_session(options: &Options, test: impl FnOnce(&mut Session, &View)) {
+    let Some(device) = support::device() else { return };
+    let scene = floor();
+    let made_for = options.renderer_options(&device).unwrap();
+    let mut renderer = Renderer::with_options(Arc::clone(&device), options.size, made_for).unwrap();
+    renderer.load(&scene).unwrap();
+    renderer.resize(options.size).unwrap();
+    let engine = owned_engine(&scene, &Arc::new(Bvh::build(&scene)), options).unwrap();
+    let mut session = Session::new(renderer, engine, &scene, options);
+    test(&mut session, &view_of(&scene, options.size.width, options.size.height));
+    drop(session);
+    finish(device);
+}
+
+/// Steps until a frame is the last, and returns all reports.
+fn steps(session: &mut Session) -> Vec<FrameReport> {
+    let mut reports: Vec<FrameReport> = Vec::new();
+    while reports.last().is_none_or(|last| last.ended_by.is_none()) {
+        reports.push(session.step(&mut Unobserved).unwrap());
+        assert!(reports.len() < 1000, "no end in sight");
+    }
+    reports
+}
+
+#[test]
+fn frames_are_reported_until_nothing_is_left_to_do() {
+    with_session(&options(Budget::default()), |session, view| {
+        assert!(session.step(&mut Unobserved).is_err() && session.still().is_err(), "there is no view");
+        session.look(view, &[]).unwrap();
+        let reports = steps(session);
+        assert!(reports.len() > 3, "{}", reports.len());
+        assert!(reports.iter().zip(0..).all(|(report, number)| report.frame == number));
+        assert!(reports.windows(2).all(|two| two[0].at <= two[1].at && two[0].engine.rays <= two[1].engine.rays));
+        let (first, last) = (&reports[0], reports.last().unwrap());
+        assert!(first.camera_moved && first.combined && first.passes.full && !first.updates[0].patches.is_empty());
+        assert!(reports[1..].iter().all(|report| !report.camera_moved));
+        assert_eq!(last.ended_by, Some(EndedBy::Converged));
+        assert!(last.engine.converged && last.engine.complete && last.combined && session.is_idle());
+        assert!(session.unfinished(EndedBy::Converged).is_none());
+        let totals = session.totals();
+        assert_eq!((totals.frames, totals.engine), (reports.len() as u64, last.engine));
+        assert!(totals.first_picture <= totals.complete_picture);
+        // Another eye: a new view, whose light is known in part.
+        let moved = View { eye: view.eye + Vec3::X * 0.1, ..*view };
+        session.look(&moved, &[]).unwrap();
+        let next = session.step(&mut Unobserved).unwrap();
+        assert_eq!((next.frame, next.camera_moved), (reports.len() as u64, true));
+    });
+}
+
+/// Interrupts after so many frames, and wants pictures of them all.
+struct Impatient {
+    left: u64,
+    seen: Vec<u64>,
+}
+
+impl Observer for Impatient {
+    fn interrupted(&self) -> bool {
+        self.left == self.seen.len() as u64 + 1
+    }
+
+    fn wants_picture(&mut self, _: &EngineStats) -> bool {
+        true
+    }
+
+    fn frame(&mut self, session: &mut Session, report: &FrameReport) -> Result<()> {
+        assert!(report.combined && session.totals().frames == report.frame + 1);
+        self.seen.push(report.frame);
+        Ok(())
+    }
+}
+
+#[test]
+fn an_observer_ends_a_run() {
+    with_session(&Options { refresh: Duration::MAX, ..options(Budget::default()) }, |session, view| {
+        session.look(view, &[]).unwrap();
+        let mut observer = Impatient { left: 3, seen: Vec::new() };
+        assert_eq!(session.run(&mut observer).unwrap(), EndedBy::Interrupted);
+        assert_eq!(observer.seen, [0, 1, 2]);
+        assert_eq!(session.run(&mut Unobserved).unwrap(), EndedBy::Converged, "it can go on");
+    });
+}
+
+#[test]
+fn budgets_end_a_run() {
+    let rays = Budget { rays: Some(5_000), ..Budget::default() };
+    let frames = Budget { frames: Some(2), ..Budget::default() };
+    for (budget, by) in [(rays, EndedBy::Rays), (frames, EndedBy::Frames)] {
+        with_session(&options(budget), |session, view| {
+            session.look(view, &[]).unwrap();
+            assert_eq!(session.run(&mut Unobserved).unwrap(), by);
+        });
+    }
+}
+
+#[test]
+fn the_same_steps_make_the_same_picture_wherever_the_engine_runs() {
+    let Some(device) = support::device() else { return };
+    drop(device);
+    let picture = |mut session: Session| {
+        session.run(&mut Unobserved).unwrap();
+        let still = session.still().unwrap();
+        (still.combined, still.layers.d, still.level)
+    };
+    let scene = floor();
+    let budget = Budget { rays: Some(30_000), ..Budget::default() };
+    let on_threads = |threads| {
+        let options = Options { threads: Some(threads), ..options(budget) };
+        let mut session = Session::open(&scene, &options).unwrap();
+        session.look(&view_of(&scene, 64, 48), &[]).unwrap();
+        picture(session)
+    };
+    let one = on_threads(1);
+    assert!(one.0.iter().any(|pixel| pixel.x > 0.0) && one.2.iter().any(|&level| level > 0));
+    assert!(one == on_threads(1) && one == on_threads(2));
+    with_session(&options(budget), |session, view| {
+        session.look(view, &[]).unwrap();
+        session.run(&mut Unobserved).unwrap();
+        let still = session.still().unwrap();
+        assert!(one == (still.combined, still.layers.d, still.level), "in the caller's thread");
+    });
+}
+
+#[test]
+fn the_engine_runs_ahead_at_a_free_pace() {
+    let Some(device) = support::device() else { return };
+    drop(device);
+    let scene = floor();
+    let options = Options { pace: Pace::Free, ..options(Budget::default()) };
+    let mut session = Session::open(&scene, &options).unwrap();
+    session.look(&view_of(&scene, 64, 48), &[]).unwrap();
+    assert_eq!(session.run(&mut Unobserved).unwrap(), EndedBy::Converged);
+    assert!(session.totals().engine.complete && session.memory_bytes() > 0);
+}
+
+#[test]
+fn a_recording_starts_with_every_vertex_lit_and_can_be_replayed() {
+    let options = Options { update: UpdateMode::Full, ..options(Budget::default()) };
+    with_session(&options, |session, view| {
+        let updates = session.record(view, 5, &mut Unobserved).unwrap();
+        assert_eq!(updates.len(), 6);
+        assert!(updates[0].stats.complete && updates[0].patches.iter().all(|patch| patch.old.is_empty()));
+        assert!(updates.windows(2).all(|two| two[0].sequence < two[1].sequence));
+        let mut mesh = HostMesh::default();
+        updates.iter().for_each(|update| mesh.apply(update).unwrap());
+        assert!(mesh.drawn().count() > updates[0].patch_triangles.len(), "it was refined");
+    });
+}
