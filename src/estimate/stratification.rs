@@ -7,14 +7,14 @@
 //!
 //! `bench` measures it to show what stratification gains. The engine keeps to [`usual_gain`]: with the measured one its
 //! estimated error was nearer to the truth in a hall of small lamps (0.99 of it against 0.82) but 2.8 times too large, against
-//! 1.7, in a Cornell box, where rounds err upwards most (docs/light-vectors.md).
+//! 1.7, in a Cornell box, where rounds err upwards most (docs/notebook/light-vectors.md).
 
 use super::light_vector::LightVector;
 use crate::math::luminance;
 
 /// Variance of the mean of stratified samples against that of independent ones, where nothing is measured yet: n^-0.3.
 ///
-/// Measured at 1024 rays (docs/bench.md): 0.07 where light is even, as in a Cornell box, and near 1 where few rays
+/// Measured at 1024 rays (docs/notebook/bench.md): 0.07 where light is even, as in a Cornell box, and near 1 where few rays
 /// find most of it, as in a room of small lamps; this is between.
 #[must_use]
 pub fn usual_gain(samples: u32) -> f32 {
