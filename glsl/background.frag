@@ -1,5 +1,5 @@
 #version 460
-// Background gets a depth, so that pixels without any are those of faces that no leaf covers.
+// Background gets a depth, so that pixels without any are those of faces that no drawn triangle covers.
 #extension GL_GOOGLE_include_directive : require
 #include "images.glsl"
 

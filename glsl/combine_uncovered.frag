@@ -1,5 +1,5 @@
 #version 460
-// Combine for pixels that no leaf covers.
+// Combine for pixels that no drawn triangle covers.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "images.glsl"

@@ -1,5 +1,5 @@
 #version 460
-// Luminance of changed leaves without drawing them: each pixel finds its own.
+// Luminance of changed drawn triangles without drawing them: each pixel finds its own.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "images.glsl"
@@ -9,7 +9,7 @@
 
 void main() {
     Found found = find();
-    if (found.leaf == NONE) {
+    if (found.drawn == NONE) {
         discard;
     } else {
         write_found(found);

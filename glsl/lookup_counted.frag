@@ -1,19 +1,19 @@
 #version 460
-// The same, and the pixels of leaves counted.
+// The same, and the pixels of drawn triangles counted.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "images.glsl"
 #include "barycentrics.glsl"
 #include "luminance.glsl"
 #include "lookup.glsl"
-#include "leaf_pixels.glsl"
+#include "drawn_pixels.glsl"
 
 void main() {
     Found found = find();
-    if (found.leaf == NONE) {
+    if (found.drawn == NONE) {
         discard;
     } else {
-        count_pixel(found.leaf);
+        count_pixel(found.drawn);
         write_found(found);
     }
 }

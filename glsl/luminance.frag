@@ -3,8 +3,8 @@
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "luminance.glsl"
-#include "leaf_fragment.glsl"
+#include "drawn_fragment.glsl"
 
 void main() {
-    write_luminance(weighted_diffuse, weighted_specular, weight, leaf);
+    write_luminance(weighted_diffuse, weighted_specular, weight, drawn);
 }

@@ -1,10 +1,10 @@
 #version 460
-// Luminance: leaves of the dynamic mesh.
+// Luminance: drawn triangles of the dynamic mesh.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "position.glsl"
-#include "leaf_vertex.glsl"
+#include "drawn_vertex.glsl"
 
 void main() {
-    set_leaf_vertex();
+    set_drawn_vertex();
 }

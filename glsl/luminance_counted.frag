@@ -1,14 +1,14 @@
 #version 460
-// The same, and the pixels of leaves counted: after the tests, which must therefore come first.
+// The same, and the pixels of drawn triangles counted: after the tests, which must therefore come first.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "luminance.glsl"
-#include "leaf_fragment.glsl"
-#include "leaf_pixels.glsl"
+#include "drawn_fragment.glsl"
+#include "drawn_pixels.glsl"
 
 layout(early_fragment_tests) in;
 
 void main() {
-    count_pixel(leaf);
-    write_luminance(weighted_diffuse, weighted_specular, weight, leaf);
+    count_pixel(drawn);
+    write_luminance(weighted_diffuse, weighted_specular, weight, drawn);
 }

@@ -1,14 +1,14 @@
 #version 460
-// Luminance where the stencil holds the leaf's own reference.
+// Luminance where the stencil holds the drawn triangle's own reference.
 #extension GL_ARB_shader_stencil_export : require
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "luminance.glsl"
-#include "leaf_fragment.glsl"
+#include "drawn_fragment.glsl"
 
 layout(location = 5) flat in uint reference;
 
 void main() {
     gl_FragStencilRefARB = int(reference);
-    write_luminance(weighted_diffuse, weighted_specular, weight, leaf);
+    write_luminance(weighted_diffuse, weighted_specular, weight, drawn);
 }

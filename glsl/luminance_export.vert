@@ -1,13 +1,13 @@
 #version 460
-// Leaves with the stencil references of their patches.
+// Drawn triangles with the stencil references of their patches.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
 #include "position.glsl"
-#include "leaf_vertex.glsl"
+#include "drawn_vertex.glsl"
 
 layout(location = 5) flat out uint reference;
 
 void main() {
-    set_leaf_vertex();
+    set_drawn_vertex();
     reference = frame.list_references.at[uint(gl_VertexIndex) / 3u];
 }

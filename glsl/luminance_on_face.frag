@@ -4,11 +4,11 @@
 #include "frame.glsl"
 #include "images.glsl"
 #include "luminance.glsl"
-#include "leaf_fragment.glsl"
+#include "drawn_fragment.glsl"
 
 void main() {
     if (texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x != face + 1u) {
         discard;
     }
-    write_luminance(weighted_diffuse, weighted_specular, weight, leaf);
+    write_luminance(weighted_diffuse, weighted_specular, weight, drawn);
 }

@@ -8,6 +8,6 @@ layout(location = 0) flat out uint triangle;
 
 void main() {
     uint drawn = uint(gl_VertexIndex) / 3u;
-    triangle = frame.drawn.at[drawn].id;
-    set_position(frame.positions.at[frame.drawn.at[drawn].corners[uint(gl_VertexIndex) % 3u]]);
+    triangle = frame.visibility_triangles.at[drawn].id;
+    set_position(frame.positions.at[frame.visibility_triangles.at[drawn].corners[uint(gl_VertexIndex) % 3u]]);
 }

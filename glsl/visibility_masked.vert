@@ -12,8 +12,8 @@ layout(location = 2) flat out uint map_d;
 void main() {
     uint drawn = uint(gl_VertexIndex) / 3u;
     uint corner = uint(gl_VertexIndex) % 3u;
-    triangle = frame.drawn.at[drawn].id;
+    triangle = frame.visibility_triangles.at[drawn].id;
     map_d = frame.materials.at[frame.triangles.at[triangle].material].map_d;
     place = placed(map_d, frame.triangles.at[triangle].uv[corner]);
-    set_position(frame.positions.at[frame.drawn.at[drawn].corners[corner]]);
+    set_position(frame.positions.at[frame.visibility_triangles.at[drawn].corners[corner]]);
 }

@@ -5,7 +5,7 @@
 //! - [`math`]: frames, sampling sequences, running statistics
 //! - [`scene`]: flat arrays of geometry, materials, lights, cameras; the loader
 //! - [`geom`]: rays, hits, the BVH
-//! - [`shade`]: reflection and emission
+//! - [`bsdf`]: reflection; [`light`]: lamps
 //! - [`estimate`]: light arriving at a point from one source
 //! - [`cache`]: vertices, their samples a light, the dynamic mesh
 //! - [`refine`]: the engine thread that owns the cache
@@ -16,10 +16,11 @@
 //! - [`mod@compare`]: update modes compared, and the report of it
 //! - [`cli`]: one file a subcommand
 //!
-//! Dependencies point one way: `math ← scene ← geom ← shade ← estimate ← cache ← refine` and `vk ← pass`; `pass` reads
+//! Dependencies point one way: `math ← scene ← geom ← bsdf, light ← estimate ← cache ← refine` and `vk ← pass`; `pass` reads
 //! `refine::update` and never the cache; nothing in the first chain names `ash`. `tests/layers.rs` holds the rule.
 
 pub mod bench;
+pub mod bsdf;
 pub mod cache;
 pub mod cli;
 pub mod compare;
@@ -27,11 +28,11 @@ pub mod error;
 pub mod estimate;
 pub mod geom;
 pub mod image;
+pub mod light;
 pub mod log;
 pub mod math;
 pub mod pass;
 pub mod reference;
 pub mod refine;
 pub mod scene;
-pub mod shade;
 pub mod vk;

@@ -5,11 +5,11 @@ mod shapes;
 
 use by_hand::{light, material, patch, triangle};
 use glam::{DVec3, Vec3};
+use penombre::bsdf::lobe;
+use penombre::light::lights::{AreaSource, Lights, Receiver, Source};
 use penombre::math::sequence::Sequence;
 use penombre::scene::light::LightKind;
 use penombre::scene::{EmissionSide, Scene};
-use penombre::shade::lights::{AreaSource, Lights, Receiver, Source};
-use penombre::shade::phong::lobe;
 use proptest::prelude::*;
 use std::f64::consts::{PI, TAU};
 

@@ -4,14 +4,14 @@ mod by_hand;
 
 use by_hand::{light, material, patch, triangle};
 use glam::{DVec3, Vec2, Vec3};
+use penombre::bsdf::lobe;
+use penombre::light::lights::{AreaSource, Arrival, Lights, Receiver, Source};
 use penombre::math::mix;
 use penombre::math::spherical_triangle::solid_angle;
 use penombre::scene::light::LightKind;
 use penombre::scene::material::MaterialId;
 use penombre::scene::texture::{Texture, TextureId};
 use penombre::scene::{EmissionSide, FaceId, Scene, TriangleId};
-use penombre::shade::lights::{AreaSource, Arrival, Lights, Receiver, Source};
-use penombre::shade::phong::lobe;
 use std::f64::consts::PI;
 
 fn area(scene: &Scene) -> AreaSource {

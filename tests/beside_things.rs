@@ -7,16 +7,16 @@ use by_hand::{Mirror, bounces, drawn, engine_with, light, material, patch};
 use glam::Vec3;
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
+use penombre::light::context::SceneContext;
+use penombre::light::lights::Lights;
 use penombre::math::luminance;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::refine::engine::{Budget, Counted, Visible};
 use penombre::refine::options::Options;
-use penombre::refine::update::{Leaf, LeafId, LeafPixels};
+use penombre::refine::update::{DrawnId, DrawnPixels, DrawnTriangle};
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::LightKind;
 use penombre::scene::{FaceId, Scene, TriangleId};
-use penombre::shade::lights::Lights;
-use penombre::shade::world::World;
 use std::collections::HashMap;
 
 const SIZE: ImageSize = ImageSize { width: 64, height: 64 };
@@ -62,24 +62,25 @@ fn pixels_of_the_floor(scene: &Scene, bvh: &Bvh, view: &View, faces: &[FaceId]) 
 }
 
 /// The drawn triangle that holds a point of the floor.
-fn holder(mirror: &Mirror, x: Vec3) -> (LeafId, Leaf) {
-    let holds = |leaf: &Leaf| {
-        let [a, b, c] = leaf.slots.map(|slot| mirror.slots[&slot].position);
+fn holder(mirror: &Mirror, x: Vec3) -> (DrawnId, DrawnTriangle) {
+    let holds = |drawn: &DrawnTriangle| {
+        let [a, b, c] = drawn.slots.map(|slot| mirror.slots[&slot].position);
         let area = |p: Vec3, q: Vec3| (q - p).cross(x - p).y;
         [area(a, b), area(b, c), area(c, a)].into_iter().all(|area| area >= -1e-9)
     };
-    let leaf = mirror.drawn.iter().copied().find(|id| holds(&mirror.leaves[id])).expect("the floor has no gap");
-    (leaf, mirror.leaves[&leaf])
+    let drawn =
+        mirror.drawn.iter().copied().find(|id| holds(&mirror.drawn_triangles[id])).expect("the floor has no gap");
+    (drawn, mirror.drawn_triangles[&drawn])
 }
 
 fn count(mirror: &Mirror, pixels: &[Pixel]) -> Counted {
-    let mut counted: HashMap<LeafId, LeafPixels> = HashMap::new();
+    let mut counted: HashMap<DrawnId, DrawnPixels> = HashMap::new();
     for pixel in pixels {
-        let (leaf, _) = holder(mirror, pixel.at);
-        counted.entry(leaf).or_insert(LeafPixels { leaf, pixels: 0, ray: Some(pixel.ray) }).pixels += 1;
+        let (drawn, _) = holder(mirror, pixel.at);
+        counted.entry(drawn).or_insert(DrawnPixels { drawn, pixels: 0, ray: Some(pixel.ray) }).pixels += 1;
     }
-    let mut pixels: Vec<LeafPixels> = counted.into_values().collect();
-    pixels.sort_by_key(|p| p.leaf);
+    let mut pixels: Vec<DrawnPixels> = counted.into_values().collect();
+    pixels.sort_by_key(|p| p.drawn);
     Counted { pixels: Some(pixels), complete: true, ..drawn(mirror) }
 }
 
@@ -89,10 +90,10 @@ fn reference(scene: &Scene, bvh: &Bvh, view: &View, factors: &[Vec3]) -> Vec<f32
     let mut on = factors.iter().map(|&factor| factor == Vec3::ONE);
     scene.lights.retain(|_| on.next() == Some(true));
     let lights = Lights::new(&scene);
-    let world = World::new(&scene, bvh, &lights, 3, scene.scale());
+    let context = SceneContext::new(&scene, bvh, &lights, 3, scene.scale());
     let settings = Settings { filter: Filter::Point, transport: Transport::Full, strategy: Strategy::Both };
     let mut accumulator = Accumulator::new(view);
-    (0..600).for_each(|_| assert!(accumulator.pass(&world, view, settings, || false).finished));
+    (0..600).for_each(|_| assert!(accumulator.pass(&context, view, settings, || false).finished));
     accumulator.image().mean.iter().map(|mean| luminance(mean.truncate())).collect()
 }
 
@@ -100,9 +101,9 @@ fn reference(scene: &Scene, bvh: &Bvh, view: &View, factors: &[Vec3]) -> Vec<f32
 fn error_beside(mirror: &Mirror, pixels: &[Pixel], reference: &[f32]) -> f32 {
     let (mut square, mut all, mut beside) = (0.0, 0.0, 0);
     for pixel in pixels {
-        let (_, leaf) = holder(mirror, pixel.at);
-        let covered = leaf.slots.into_iter().any(|slot| mirror.slots[&slot].weight < 1.0);
-        let Some(flat) = leaf.flat.filter(|_| covered) else { continue };
+        let (_, drawn) = holder(mirror, pixel.at);
+        let covered = drawn.slots.into_iter().any(|slot| mirror.slots[&slot].weight < 1.0);
+        let Some(flat) = drawn.flat.filter(|_| covered) else { continue };
         square += (GREY * luminance(mirror.slots[&flat].diffuse) - reference[pixel.index]).powi(2);
         all += reference[pixel.index];
         beside += 1;

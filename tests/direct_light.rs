@@ -4,10 +4,10 @@ mod by_hand;
 
 use by_hand::{Mirror, both_sides, engine, light, material, patch, solve, triangle};
 use glam::Vec3;
+use penombre::bsdf::lobe;
 use penombre::scene::light::LightKind;
 use penombre::scene::material::MaterialId;
 use penombre::scene::{FaceId, Scene, TriangleId};
-use penombre::shade::phong::lobe;
 use std::f32::consts::PI;
 
 /// A floor [-2, 2]² at y = 0 facing up, 8 × 8 cells.

@@ -4,9 +4,9 @@
 mod support;
 
 use glam::Vec3;
-use penombre::cache::inner::weights_on_ray;
+use penombre::cache::pixel_vertex::weights_on_ray;
 use penombre::pass::{FrameOptions, Renderer, UpdateMode};
-use penombre::refine::update::{Leaf, LeafId, LeafPixels, Patch, Slot, SlotId, Update};
+use penombre::refine::update::{DrawnId, DrawnPixels, DrawnTriangle, Patch, Slot, SlotId, Update};
 use penombre::scene::{Display, FaceId, Scene};
 use std::collections::HashMap;
 use support::*;
@@ -23,23 +23,23 @@ fn lit(position: Vec3) -> Slot {
 /// A face's leaves, each with a value of its own.
 struct Painted {
     face: FaceId,
-    leaves: Vec<([Vec3; 3], Vec3)>,
+    drawn_triangles: Vec<([Vec3; 3], Vec3)>,
 }
 
 /// An update that draws faces for the first time; leaf n is the nth of all leaves, with slots of its own.
 fn painted(faces: &[Painted]) -> Update {
     let mut update = Update::default();
-    for Painted { face, leaves } in faces {
-        let start = update.leaves.len() as u32;
-        for &(corners, diffuse) in leaves {
-            let id = update.leaves.len() as u32;
+    for Painted { face, drawn_triangles } in faces {
+        let start = update.drawn_triangles.len() as u32;
+        for &(corners, diffuse) in drawn_triangles {
+            let id = update.drawn_triangles.len() as u32;
             let slots = [0, 1, 2].map(|k| SlotId(3 * id + k));
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: diffuse * 0.5 };
             update.slots.extend(slots.into_iter().zip(corners.map(slot)));
-            update.leaves.push((LeafId(id), Leaf { slots, face: *face, level: 0, flat: None }));
-            update.patch_leaves.push(LeafId(id));
+            update.drawn_triangles.push((DrawnId(id), DrawnTriangle { slots, face: *face, level: 0, flat: None }));
+            update.patch_triangles.push(DrawnId(id));
         }
-        update.patches.push(Patch { face: *face, old: start..start, new: start..update.leaves.len() as u32 });
+        update.patches.push(Patch { face: *face, old: start..start, new: start..update.drawn_triangles.len() as u32 });
     }
     update
 }
@@ -57,10 +57,10 @@ fn split(corners: [Vec3; 3], levels: u32) -> Vec<[Vec3; 3]> {
 
 /// Draws, then checks that every pixel of a face shows a value of that face (`expected`), in the layers and combined.
 fn assert_filled(renderer: &mut Renderer, painted_faces: &[Painted], expected: impl Fn(FaceId) -> Vec3) -> u32 {
-    renderer.reset_leaves();
+    renderer.reset_drawn();
     renderer.apply(&painted(painted_faces)).unwrap();
     renderer.frame(&FrameOptions { combine: Some(Display::default()), ..FULL }).unwrap();
-    let counts = renderer.leaf_counts().unwrap();
+    let counts = renderer.drawn_counts().unwrap();
     let layers = renderer.read_layers().unwrap();
     let display = renderer.read_display().unwrap();
     for (i, &id) in layers.face_id.iter().enumerate().filter(|&(_, &id)| id != 0) {
@@ -87,7 +87,7 @@ fn uncovered_pixels_show_their_neighbours() {
         };
         let paint = |&face: &FaceId| {
             let parts = split(scene.corners(face.triangle()), 2);
-            Painted { face, leaves: parts.into_iter().map(|part| (shrunk(part), value(face))).collect() }
+            Painted { face, drawn_triangles: parts.into_iter().map(|part| (shrunk(part), value(face))).collect() }
         };
         let painted_faces: Vec<Painted> = visible.iter().map(paint).collect();
         let uncovered = assert_filled(renderer, &painted_faces, value);
@@ -115,7 +115,7 @@ fn cracks_along_creases_are_closed() {
             // One slope is fine, the other whole: T-junctions all along the ridge.
             let paint = |&face: &FaceId| {
                 let parts = split(scene.corners(face.triangle()), 6 * (face.0 & 2) / 2);
-                Painted { face, leaves: parts.into_iter().map(|part| (part, Vec3::splat(3.0))).collect() }
+                Painted { face, drawn_triangles: parts.into_iter().map(|part| (part, Vec3::splat(3.0))).collect() }
             };
             let painted_faces: Vec<Painted> = visible.iter().map(paint).collect();
             uncovered += assert_filled(renderer, &painted_faces, |_| Vec3::splat(3.0));
@@ -133,48 +133,50 @@ fn pixels_are_counted_as_the_images_show_them() {
         // Leaf n is painted with its number in base 1000, exact in half floats.
         let mut next = 0;
         let mut paint = |&face: &FaceId| {
-            let leaves = split(scene.corners(face.triangle()), 3).into_iter().map(|part| {
+            let drawn_triangles = split(scene.corners(face.triangle()), 3).into_iter().map(|part| {
                 next += 1;
                 (part, Vec3::new(((next - 1) % 1000 + 1) as f32, ((next - 1) / 1000 + 1) as f32, 1.0))
             });
-            Painted { face, leaves: leaves.collect() }
+            Painted { face, drawn_triangles: drawn_triangles.collect() }
         };
         let painted_faces: Vec<Painted> = visible.iter().map(&mut paint).collect();
         let update = painted(&painted_faces);
         renderer.apply(&update).unwrap();
         renderer.frame(&FULL).unwrap();
-        let counts = renderer.leaf_counts().unwrap();
+        let counts = renderer.drawn_counts().unwrap();
         let layers = renderer.read_layers().unwrap();
-        let mut expected = vec![0; update.leaves.len()];
+        let mut expected = vec![0; update.drawn_triangles.len()];
         for (d, &id) in layers.d.iter().zip(&layers.face_id).filter(|&(d, &id)| id != 0 && d[2] > 0.0) {
-            let leaf = (d[1].round() as usize - 1) * 1000 + d[0].round() as usize - 1;
-            expected[leaf] += u32::from(update.leaves[leaf].1.face.0 + 1 == id);
+            let drawn = (d[1].round() as usize - 1) * 1000 + d[0].round() as usize - 1;
+            expected[drawn] += u32::from(update.drawn_triangles[drawn].1.face.0 + 1 == id);
         }
-        let expected = (0..).map(LeafId).zip(expected).filter(|c| c.1 > 0);
-        assert!(counts.leaves.len() > 800, "{}", counts.leaves.len());
+        let expected = (0..).map(DrawnId).zip(expected).filter(|c| c.1 > 0);
+        assert!(counts.drawn_triangles.len() > 800, "{}", counts.drawn_triangles.len());
         // Pixels that no leaf covers show the value of another: few, and told.
         let missing: u32 =
-            expected.clone().map(|c| c.1).sum::<u32>() - counts.leaves.iter().map(|c| c.pixels).sum::<u32>();
+            expected.clone().map(|c| c.1).sum::<u32>() - counts.drawn_triangles.iter().map(|c| c.pixels).sum::<u32>();
         assert!(missing <= counts.uncovered, "{missing} {}", counts.uncovered);
-        let known: HashMap<LeafId, u32> = counts.leaves.iter().map(|c| (c.leaf, c.pixels)).collect();
-        let differing = expected.filter(|(leaf, pixels)| known.get(leaf) != Some(pixels)).count();
+        let known: HashMap<DrawnId, u32> = counts.drawn_triangles.iter().map(|c| (c.drawn, c.pixels)).collect();
+        let differing = expected.filter(|(drawn, pixels)| known.get(drawn) != Some(pixels)).count();
         assert!(differing <= counts.uncovered as usize, "{differing}");
         let view = view_of(&scene, 200, 150);
         let mut first = HashMap::new();
-        for (at, (&leaf, &face)) in layers.leaf_id.iter().zip(&layers.face_id).enumerate().rev() {
-            let leaf = leaf.checked_sub(1).map(LeafId).filter(|l| update.leaves[l.0 as usize].1.face.0 + 1 == face);
-            first.extend(leaf.map(|leaf| (leaf, at)));
+        for (at, (&drawn, &face)) in layers.drawn_id.iter().zip(&layers.face_id).enumerate().rev() {
+            let drawn =
+                drawn.checked_sub(1).map(DrawnId).filter(|l| update.drawn_triangles[l.0 as usize].1.face.0 + 1 == face);
+            first.extend(drawn.map(|drawn| (drawn, at)));
         }
-        for LeafPixels { leaf, ray, .. } in &counts.leaves {
-            let centre = view.size.centre_of(first[leaf]);
-            assert_eq!(*ray, Some(view.direction(centre)), "{leaf:?}: the ray of its first pixel");
-            let corners = update.leaves[leaf.0 as usize].1.slots.map(|slot| update.slots[slot.0 as usize].1.position);
+        for DrawnPixels { drawn, ray, .. } in &counts.drawn_triangles {
+            let centre = view.size.centre_of(first[drawn]);
+            assert_eq!(*ray, Some(view.direction(centre)), "{drawn:?}: the ray of its first pixel");
+            let corners =
+                update.drawn_triangles[drawn.0 as usize].1.slots.map(|slot| update.slots[slot.0 as usize].1.position);
             let weights = weights_on_ray(corners, view.eye, view.direction(centre)).unwrap();
             let hit: Vec3 = (0..3).map(|i| corners[i] * weights[i]).sum();
             let off = (hit - view.eye).normalize().distance(view.direction(centre).normalize());
-            assert!(off < 1e-4, "{leaf:?}: the pixel's ray passes through it, {off}");
+            assert!(off < 1e-4, "{drawn:?}: the pixel's ray passes through it, {off}");
         }
-        println!("{} leaves, {} pixels uncovered", counts.leaves.len(), counts.uncovered);
+        println!("{} drawn_triangles, {} pixels uncovered", counts.drawn_triangles.len(), counts.uncovered);
     });
 }
 
@@ -186,8 +188,8 @@ fn a_flat_leaf_shows_one_value() {
         let mut update = base_update(&scene, visible.iter().copied(), false, |_, p| lit(p));
         let value = Vec3::new(7.0, 5.0, 3.0);
         update.slots.push((SlotId(100), Slot { diffuse: value, specular: value * 2.0, ..lit(Vec3::ONE * 1e3) }));
-        update.leaves[0].1.flat = Some(SlotId(100));
-        let flat = update.leaves[0].1.face;
+        update.drawn_triangles[0].1.flat = Some(SlotId(100));
+        let flat = update.drawn_triangles[0].1.face;
         renderer.apply(&update).unwrap();
         renderer.frame(&FULL).unwrap();
         let layers = renderer.read_layers().unwrap();
@@ -201,22 +203,22 @@ fn a_flat_leaf_shows_one_value() {
 }
 
 /// A leaf as the test knows it.
-type KnownLeaf = (LeafId, FaceId, [Vec3; 3]);
+type KnownTriangle = (DrawnId, FaceId, [Vec3; 3]);
 
 /// An update that splits these leaves; what they become is added to `next`, with ids from `free` on.
-fn split_update(leaves: &[KnownLeaf], next: &mut Vec<KnownLeaf>, free: &mut u32) -> Update {
+fn split_update(drawn_triangles: &[KnownTriangle], next: &mut Vec<KnownTriangle>, free: &mut u32) -> Update {
     let mut update = Update::default();
-    for &(old, face, corners) in leaves {
-        let start = update.patch_leaves.len() as u32;
-        update.patch_leaves.push(old);
+    for &(old, face, corners) in drawn_triangles {
+        let start = update.patch_triangles.len() as u32;
+        update.patch_triangles.push(old);
         for part in split(corners, 1) {
-            let (id, slots) = (LeafId(*free), [0, 1, 2].map(|k| SlotId(3 * *free + k)));
+            let (id, slots) = (DrawnId(*free), [0, 1, 2].map(|k| SlotId(3 * *free + k)));
             *free += 1;
             let diffuse = Vec3::splat(1.0 + noise(id.0));
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO };
             update.slots.extend(slots.into_iter().zip(part.map(slot)));
-            update.leaves.push((id, Leaf { slots, face, level: 0, flat: None }));
-            update.patch_leaves.push(id);
+            update.drawn_triangles.push((id, DrawnTriangle { slots, face, level: 0, flat: None }));
+            update.patch_triangles.push(id);
             next.push((id, face, part));
         }
         update.patches.push(Patch { face, old: start..start + 1, new: start + 1..start + 5 });
@@ -231,31 +233,31 @@ fn queries_count_what_the_image_shows() {
         for update_mode in MODES {
             let scene = terrain(30);
             let visible = faces(&show(renderer, &scene, 320, 240));
-            renderer.reset_leaves();
+            renderer.reset_drawn();
             renderer.apply(&base_update(&scene, visible.iter().copied(), false, |_, p| lit(p))).unwrap();
             renderer.frame(&FULL).unwrap();
-            let mut leaves: Vec<KnownLeaf> =
-                visible.iter().map(|&face| (LeafId(face.0), face, scene.corners(face.triangle()))).collect();
+            let mut drawn_triangles: Vec<KnownTriangle> =
+                visible.iter().map(|&face| (DrawnId(face.0), face, scene.corners(face.triangle()))).collect();
             let (mut free, mut queries, mut pixels) = (2 * scene.triangles.len() as u32, 0, 0);
             while queries < 10_000 {
                 let mut next = Vec::new();
-                for part in leaves.chunks(250) {
+                for part in drawn_triangles.chunks(250) {
                     let first = free;
                     renderer.apply(&split_update(part, &mut next, &mut free)).unwrap();
                     let stats = renderer.frame(&FrameOptions { update_mode, queries: 1000, ..PATCHES }).unwrap();
                     let counted = renderer.query_counts().to_vec();
                     assert_eq!((stats.queries as usize, counted.len()), (4 * part.len(), 4 * part.len()));
                     let mut shown = vec![0; (free - first) as usize];
-                    for id in renderer.read_layers().unwrap().leaf_id.into_iter().filter(|&id| id > first) {
+                    for id in renderer.read_layers().unwrap().drawn_id.into_iter().filter(|&id| id > first) {
                         shown[(id - 1 - first) as usize] += 1;
                     }
-                    for LeafPixels { leaf, pixels: count, .. } in &counted {
-                        assert_eq!(*count, shown[(leaf.0 - first) as usize], "{update_mode:?}, leaf {leaf:?}");
+                    for DrawnPixels { drawn, pixels: count, .. } in &counted {
+                        assert_eq!(*count, shown[(drawn.0 - first) as usize], "{update_mode:?}, drawn {drawn:?}");
                     }
                     pixels += stats.query_pixels;
                     queries += counted.len();
                 }
-                leaves = next;
+                drawn_triangles = next;
             }
             println!("{update_mode:?}: {queries} queries, {pixels} pixels");
             assert!(pixels > 70_000, "{pixels}");
@@ -275,15 +277,15 @@ fn the_largest_patches_are_queried_within_the_budget() {
         let visible = faces(&show(renderer, &scene, 128, 96));
         renderer.apply(&base_update(&scene, visible.iter().copied(), false, |_, p| lit(p))).unwrap();
         renderer.frame(&FULL).unwrap();
-        let leaves: Vec<KnownLeaf> =
-            visible.iter().map(|&face| (LeafId(face.0), face, scene.corners(face.triangle()))).collect();
+        let drawn_triangles: Vec<KnownTriangle> =
+            visible.iter().map(|&face| (DrawnId(face.0), face, scene.corners(face.triangle()))).collect();
         let mut next = Vec::new();
-        renderer.apply(&split_update(&leaves, &mut next, &mut 100)).unwrap();
+        renderer.apply(&split_update(&drawn_triangles, &mut next, &mut 100)).unwrap();
         renderer.frame(&FrameOptions { queries: 18, ..PATCHES }).unwrap();
-        let counted: Vec<LeafId> = renderer.query_counts().iter().map(|c| c.leaf).collect();
+        let counted: Vec<DrawnId> = renderer.query_counts().iter().map(|c| c.drawn).collect();
         // Room for four patches: the two widest quads, of two faces each.
         let wide = next.iter().filter(|(_, face, _)| face.triangle().0 >= 8);
         assert_eq!(counted.len(), 16);
-        assert!(wide.map(|leaf| leaf.0).all(|leaf| counted.contains(&leaf)));
+        assert!(wide.map(|drawn| drawn.0).all(|drawn| counted.contains(&drawn)));
     });
 }

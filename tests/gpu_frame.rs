@@ -47,7 +47,7 @@ fn a_room_is_drawn() {
         let combine = Some(Display::default());
         let options = FrameOptions { full_luminance: true, colour: true, combine, ..FrameOptions::default() };
         let stats = renderer.frame(&options).unwrap();
-        assert_eq!(stats.leaves_drawn as usize, visible.len());
+        assert_eq!(stats.triangles_drawn as usize, visible.len());
         let display = renderer.read_display().unwrap();
         if let Ok(folder) = std::env::var("PENOMBRE_TEST_PICTURES") {
             let path = std::path::Path::new(&folder).join("room.png");

@@ -93,7 +93,7 @@ fn values_beyond_half_range_are_scaled() {
         let visible = show(renderer, &scene, 16, 16);
         for (round, value) in [1.0, 4e6, 3e-7].into_iter().enumerate() {
             if round == 2 {
-                renderer.reset_leaves();
+                renderer.reset_drawn();
             }
             let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::splat(value), specular: Vec3::ZERO };
             renderer.apply(&base_update(&scene, faces(&visible), round == 1, light)).unwrap();
@@ -146,7 +146,7 @@ fn scene_to_refine() -> Scene {
 
 fn compare_with_full(renderer: &mut Renderer, mode: UpdateMode, what: &str) {
     let stats = renderer.frame(&patches(mode)).unwrap();
-    assert!(stats.leaves_drawn > 0, "{what}: nothing was drawn");
+    assert!(stats.triangles_drawn > 0, "{what}: nothing was drawn");
     while renderer.has_pending() {
         renderer.frame(&patches(mode)).unwrap();
     }
@@ -196,7 +196,7 @@ fn show_terrain(renderer: &mut Renderer) -> Splitter {
     let scene = terrain(48);
     let visible = faces(&show(renderer, &scene, 240, 240));
     let mesh = Splitter::new(&scene, &visible);
-    renderer.reset_leaves();
+    renderer.reset_drawn();
     let base = base_update(&scene, visible.iter().copied(), false, |_, p| mesh.slot(p));
     renderer.apply(&Update { sequence: 1, ..base }).unwrap();
     mesh
@@ -217,7 +217,7 @@ fn what_waits_for_later_frames_is_drawn_in_order() {
             // Four times as many leaves as a frame draws; then changes to those drawn already and to those that wait.
             send(renderer, mesh.split(1.0));
             let stats = renderer.frame(&patches(mode)).unwrap();
-            assert!(stats.leaves_drawn > 4000 && stats.leaves_drawn < 18_000, "{stats:?}");
+            assert!(stats.triangles_drawn > 4000 && stats.triangles_drawn < 18_000, "{stats:?}");
             assert_eq!(renderer.drawn_sequence(), 1);
             send(renderer, mesh.change(0.2));
             renderer.frame(&patches(mode)).unwrap();

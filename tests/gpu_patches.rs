@@ -10,7 +10,7 @@ use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
-use penombre::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
+use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::light::{Light, LightKind};
@@ -49,7 +49,7 @@ struct Twins {
     engine: Engine,
     /// Face of each leaf that is part of the mesh.
     faces: HashMap<u32, FaceId>,
-    leaf_faces: HashMap<u32, FaceId>,
+    drawn_faces: HashMap<u32, FaceId>,
 }
 
 /// What differs between the twins' images.
@@ -75,7 +75,7 @@ impl Twins {
             filter: true,
             hemisphere: Method::Stratified,
             seed: 1,
-            max_light_meshes: 128,
+            max_light_groups: 128,
             priority: Priority::Error,
             min_pixels: 3.0,
             counted: true,
@@ -89,7 +89,7 @@ impl Twins {
         let engine = Engine::new(Arc::new(scene.clone()), bvh, Workers::new(1).unwrap(), options);
         let renderer = || Renderer::new(Arc::clone(device), SIZE).unwrap();
         let mut twins =
-            Self { patched: renderer(), full: renderer(), engine, faces: HashMap::new(), leaf_faces: HashMap::new() };
+            Self { patched: renderer(), full: renderer(), engine, faces: HashMap::new(), drawn_faces: HashMap::new() };
         let mut visible = Vec::new();
         for renderer in [&mut twins.patched, &mut twins.full] {
             renderer.load(scene).unwrap();
@@ -106,13 +106,13 @@ impl Twins {
     fn apply(&mut self, update: &Update) {
         self.patched.apply(update).unwrap();
         self.full.apply(update).unwrap();
-        self.leaf_faces.extend(update.leaves.iter().map(|(id, leaf)| (id.0, leaf.face)));
+        self.drawn_faces.extend(update.drawn_triangles.iter().map(|(id, drawn)| (id.0, drawn.face)));
         for patch in &update.patches {
-            let leaves = |r: &std::ops::Range<u32>| &update.patch_leaves[r.start as usize..r.end as usize];
-            for leaf in leaves(&patch.old) {
-                self.faces.remove(&leaf.0);
+            let drawn_triangles = |r: &std::ops::Range<u32>| &update.patch_triangles[r.start as usize..r.end as usize];
+            for drawn in drawn_triangles(&patch.old) {
+                self.faces.remove(&drawn.0);
             }
-            self.faces.extend(leaves(&patch.new).iter().map(|leaf| (leaf.0, self.leaf_faces[&leaf.0])));
+            self.faces.extend(drawn_triangles(&patch.new).iter().map(|drawn| (drawn.0, self.drawn_faces[&drawn.0])));
         }
     }
 
@@ -123,7 +123,7 @@ impl Twins {
         while self.patched.has_pending() {
             self.patched.frame(&options).unwrap();
         }
-        let pixels = Some(self.patched.leaf_counts().unwrap().leaves);
+        let pixels = Some(self.patched.drawn_counts().unwrap().drawn_triangles);
         let sequence = self.patched.drawn_sequence();
         self.engine.counted(&Counted { generation: 1, sequence, pixels, complete: true });
     }
@@ -141,11 +141,11 @@ impl Twins {
 
     fn compare(&self, a: &Layers, b: &Layers, i: usize, found: &mut Differences) {
         let face = FaceId(a.face_id[i] - 1);
-        let covered = b.leaf_id[i] != 0 && self.faces[&(b.leaf_id[i] - 1)] == face;
-        if a.leaf_id[i] == b.leaf_id[i] {
+        let covered = b.drawn_id[i] != 0 && self.faces[&(b.drawn_id[i] - 1)] == face;
+        if a.drawn_id[i] == b.drawn_id[i] {
             let same = (Vec3::from(a.d[i]) - Vec3::from(b.d[i])).abs().max_element() <= 2e-3 * b.d[i][0].max(1.0);
-            found.values += usize::from(!same && a.leaf_id[i] != 0);
-        } else if a.leaf_id[i] != 0 && !self.faces.contains_key(&(a.leaf_id[i] - 1)) {
+            found.values += usize::from(!same && a.drawn_id[i] != 0);
+        } else if a.drawn_id[i] != 0 && !self.faces.contains_key(&(a.drawn_id[i] - 1)) {
             found.stale += usize::from(covered);
             found.cracks += usize::from(!covered);
         } else {
@@ -185,7 +185,10 @@ fn an_engines_patches_leave_nothing_stale() {
                 worst.other = worst.other.max(found.other);
                 worst.pixels = found.pixels;
             }
-            println!("{update_mode:?}, view {number}: {count} patches, {} leaves, {worst:?}", twins.faces.len());
+            println!(
+                "{update_mode:?}, view {number}: {count} patches, {} drawn_triangles, {worst:?}",
+                twins.faces.len()
+            );
             assert!(count > 1000, "{count}");
             assert_eq!(worst.values, 0, "a changed value is not shown");
             // Where vertices snap to the rasteriser's grid, edges move as they are split: a pixel on the edge of what is marked can
@@ -202,24 +205,26 @@ fn an_engines_patches_leave_nothing_stale() {
 /// Builds the three steps by hand: leaves by corners, old ones by their number in order of creation.
 #[derive(Default)]
 struct ByHand {
-    leaves: u32,
+    drawn_triangles: u32,
 }
 
 impl ByHand {
     fn patch(&mut self, update: &mut Update, face: FaceId, old: &[u32], new: &[[Vec3; 3]]) {
-        let start = update.patch_leaves.len() as u32;
-        update.patch_leaves.extend(old.iter().map(|&leaf| LeafId(leaf)));
-        let middle = update.patch_leaves.len() as u32;
+        let start = update.patch_triangles.len() as u32;
+        update.patch_triangles.extend(old.iter().map(|&drawn| DrawnId(drawn)));
+        let middle = update.patch_triangles.len() as u32;
         for &corners in new {
-            let slots = [0, 1, 2].map(|k| SlotId(3 * self.leaves + k));
-            let diffuse = Vec3::splat(1.0 + self.leaves as f32);
+            let slots = [0, 1, 2].map(|k| SlotId(3 * self.drawn_triangles + k));
+            let diffuse = Vec3::splat(1.0 + self.drawn_triangles as f32);
             let slot = |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO };
             update.slots.extend(slots.into_iter().zip(corners.map(slot)));
-            update.leaves.push((LeafId(self.leaves), Leaf { slots, face, level: 0, flat: None }));
-            update.patch_leaves.push(LeafId(self.leaves));
-            self.leaves += 1;
+            update
+                .drawn_triangles
+                .push((DrawnId(self.drawn_triangles), DrawnTriangle { slots, face, level: 0, flat: None }));
+            update.patch_triangles.push(DrawnId(self.drawn_triangles));
+            self.drawn_triangles += 1;
         }
-        let end = update.patch_leaves.len() as u32;
+        let end = update.patch_triangles.len() as u32;
         update.patches.push(Patch { face, old: start..middle, new: middle..end });
     }
 
@@ -270,7 +275,7 @@ fn a_leaf_its_neighbour_and_its_child_are_split_and_merged() {
                 let by_patches = renderer.read_layers().unwrap();
                 renderer.frame(&full_redraw()).unwrap();
                 let full = renderer.read_layers().unwrap();
-                let differing = by_patches.leaf_id.iter().zip(&full.leaf_id).filter(|(a, b)| a != b).count();
+                let differing = by_patches.drawn_id.iter().zip(&full.drawn_id).filter(|(a, b)| a != b).count();
                 pixels = full.face_id.iter().filter(|&&id| id != 0).count();
                 // On edges that moved by a step of the rasteriser's grid.
                 assert!(differing <= 2, "{update_mode:?}, view {number}, step {shown}: {differing} pixels differ");

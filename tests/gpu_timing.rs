@@ -65,7 +65,7 @@ fn start_up_and_passes() {
                 renderer.frame(&FrameOptions { update_mode: mode, ..none }).unwrap();
             });
         }
-        per_call("leaf_counts", || drop(renderer.leaf_counts().unwrap()));
+        per_call("drawn_counts", || drop(renderer.drawn_counts().unwrap()));
         per_call("read_display", || drop(renderer.read_display().unwrap()));
         per_call("read_layers", || drop(renderer.read_layers().unwrap()));
     }
@@ -136,6 +136,6 @@ fn many_triangles_at_once() {
         per_call("full redraw with colour and combine", || {
             renderer.frame(&FrameOptions { full_luminance: true, colour: true, ..frame }).unwrap();
         });
-        per_call("leaf_counts", || drop(renderer.leaf_counts().unwrap()));
+        per_call("drawn_counts", || drop(renderer.drawn_counts().unwrap()));
     }
 }

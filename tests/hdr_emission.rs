@@ -6,14 +6,14 @@ mod by_hand;
 use by_hand::{both_sides, engine, light, material, patch, solve};
 use glam::{Vec2, Vec3};
 use penombre::geom::bvh::Bvh;
+use penombre::light::context::SceneContext;
+use penombre::light::lights::Lights;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::light::LightKind;
 use penombre::scene::material::{MaterialId, TextureMap};
 use penombre::scene::texture::{Encoding, Texture, TextureId, Wrap};
 use penombre::scene::{FaceId, Scene, TriangleId, load};
-use penombre::shade::lights::Lights;
-use penombre::shade::world::World;
 use std::f32::consts::PI;
 
 /// Radiance of the halves of the panel.
@@ -59,13 +59,13 @@ fn floor() -> (Scene, Vec<TriangleId>) {
 /// Mean radiance of the floor seen from above beside the panel, by path tracing, with its standard error.
 fn traced(scene: &Scene) -> (f32, f32) {
     let (bvh, lights) = (Bvh::build(scene), Lights::new(scene));
-    let world = World::new(scene, &bvh, &lights, 5, scene.scale());
+    let context = SceneContext::new(scene, &bvh, &lights, 5, scene.scale());
     let camera = Camera { position: Vec3::new(1.4, 0.8, 0.0), look_at: Vec3::ZERO, up: Vec3::Y, vertical_fov: 30.0 };
     let view = scene.view(&camera, ImageSize { width: 16, height: 16 });
     let settings = Settings { filter: Filter::Box, transport: Transport::Full, strategy: Strategy::Both };
     let mut accumulator = Accumulator::new(&view);
     for _ in 0..256 {
-        assert!(accumulator.pass(&world, &view, settings, || false).finished);
+        assert!(accumulator.pass(&context, &view, settings, || false).finished);
     }
     let image = accumulator.image();
     let n = image.mean.len() as f32;
@@ -110,10 +110,10 @@ fn bounds_and_power_count_the_brightest_texels() {
     }
 }
 
-fn exact(source: &penombre::shade::lights::Source, x: Vec3) -> f32 {
+fn exact(source: &penombre::light::lights::Source, x: Vec3) -> f32 {
     match source {
-        penombre::shade::lights::Source::Area(area) => area.closed_form(x).unwrap().irradiance(Vec3::Y).x,
-        penombre::shade::lights::Source::Delta(kind) => panic!("{kind:?}"),
+        penombre::light::lights::Source::Area(area) => area.closed_form(x).unwrap().irradiance(Vec3::Y).x,
+        penombre::light::lights::Source::Delta(kind) => panic!("{kind:?}"),
     }
 }
 

@@ -10,6 +10,8 @@ use penombre::cache::gather::{GatherJob, Gathered, gather};
 use penombre::cache::vertex::VertexId;
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
+use penombre::light::context::SceneContext;
+use penombre::light::lights::Lights;
 use penombre::math::luminance;
 use penombre::refine::engine::Engine;
 use penombre::refine::options::Options;
@@ -17,8 +19,6 @@ use penombre::refine::update::SlotId;
 use penombre::scene::light::LightKind;
 use penombre::scene::material::MaterialId;
 use penombre::scene::{FaceId, Scene, TriangleId};
-use penombre::shade::lights::Lights;
-use penombre::shade::world::World;
 use shapes::icosphere;
 use std::f32::consts::PI;
 
@@ -207,10 +207,10 @@ fn rounds_are_unbiased() {
     for (first, rays) in [(0, 1), (0, 16), (16, 16), (32, 32), (100, 17)] {
         let estimates: Vec<f64> = (0..2000)
             .map(|seed| {
-                let world = World::new(&scene, &bvh, &lights, seed, scene.scale());
+                let context = SceneContext::new(&scene, &bvh, &lights, seed, scene.scale());
                 let mut out = Gathered::default();
                 let vertex = cache.slots[slot.0].vertex;
-                gather(&world, cache, GatherJob { vertex, first, rays, method: Method::Stratified }, &mut out);
+                gather(&context, cache, GatherJob { vertex, first, rays, method: Method::Stratified }, &mut out);
                 let (_, sum) = out.sums.iter().find(|(s, _)| *s == slot).unwrap();
                 f64::from(luminance(sum.irradiance()) / luminance(expected))
             })

@@ -7,6 +7,8 @@ use by_hand::{Mirror, bounces, drawn, engine_with, front, refined};
 use glam::{Vec2, Vec3};
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
+use penombre::light::context::SceneContext;
+use penombre::light::lights::Lights;
 use penombre::math::luminance;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::refine::engine::{Budget, Engine, Visible};
@@ -14,8 +16,6 @@ use penombre::refine::options::Options;
 use penombre::refine::update::SlotId;
 use penombre::scene::camera::{ImageSize, View};
 use penombre::scene::{FaceId, Scene, TriangleId, load};
-use penombre::shade::lights::Lights;
-use penombre::shade::world::World;
 use std::collections::HashMap;
 use std::f32::consts::PI;
 use std::path::Path;
@@ -100,10 +100,10 @@ fn the_picture_is_the_path_tracers() {
     let scene = cornell();
     let picture = Picture::new(&scene, side, Options { shadow_size: 10.0, ..bounces(11) }, 3_000_000);
     let lights = Lights::new(&scene);
-    let world = World::new(&scene, &picture.bvh, &lights, 12, scene.scale());
+    let context = SceneContext::new(&scene, &picture.bvh, &lights, 12, scene.scale());
     let settings = Settings { filter: Filter::Point, transport: Transport::Full, strategy: Strategy::Both };
     let mut accumulator = Accumulator::new(&picture.view);
-    (0..passes).for_each(|_| assert!(accumulator.pass(&world, &picture.view, settings, || false).finished));
+    (0..passes).for_each(|_| assert!(accumulator.pass(&context, &picture.view, settings, || false).finished));
     let reference = accumulator.image();
     let (mut off, mut variance, mut mean, mut square, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
     for (i, expected) in reference.mean.iter().enumerate().filter(|(i, _)| reference.mask[*i]) {
@@ -136,11 +136,11 @@ fn vertices_on_edges_of_coarser_leaves_get_their_rays() {
     let cache = picture.engine.cache();
     // What a vertex shows of its noise, as squares times pixels, and whether all of that is in leaves that it is no corner of.
     let mut shown: HashMap<SlotId, (f32, bool)> = HashMap::new();
-    for leaf in &picture.mirror.drawn {
-        let leaf = &cache.leaves[leaf.0];
-        let node = &cache.topology.nodes[leaf.node.0];
-        let own = cache.corner_vertices(cache.topology.indirect_leaf(leaf.node));
-        for slot in leaf.leaf.slots.into_iter().filter(|&slot| cache.indirect.is_sampled(slot)) {
+    for drawn in &picture.mirror.drawn {
+        let drawn = &cache.drawn[drawn.0];
+        let node = &cache.topology.nodes[drawn.node.0];
+        let own = cache.corner_vertices(cache.topology.indirect_leaf(drawn.node));
+        for slot in drawn.triangle.slots.into_iter().filter(|&slot| cache.indirect.is_sampled(slot)) {
             let of_slot = shown.entry(slot).or_insert((0.0, true));
             of_slot.0 += cache.slots[slot.0].indirect.variance * node.work.pixels / node.drawn.len() as f32;
             of_slot.1 &= !own.contains(&cache.slots[slot.0].vertex) || node.work.pixels < 0.1;

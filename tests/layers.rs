@@ -6,19 +6,20 @@ use std::path::{Path, PathBuf};
 
 /// What each room of `src` may name with `crate::`, besides itself. `refine::update` is a part of a room.
 ///
-/// This is `math ← scene ← geom ← shade ← estimate ← cache ← refine` and `vk ← pass ← app`: the engine knows no
+/// This is `math ← scene ← geom ← bsdf, light ← estimate ← cache ← refine` and `vk ← pass ← app`: the engine knows no
 /// Vulkan, the passes know the engine's updates only. The yardstick `reference` shares no cache with what it measures.
 const MAY_USE: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("error", &["scene"]),
     ("scene", &["math", "error"]),
     ("geom", &["math", "error", "scene"]),
-    ("shade", &["math", "error", "scene", "geom"]),
-    ("estimate", &["math", "error", "scene", "geom", "shade"]),
-    ("cache", &["math", "error", "scene", "geom", "shade", "estimate"]),
-    ("refine", &["math", "error", "scene", "geom", "shade", "estimate", "cache"]),
-    ("reference", &["math", "error", "scene", "geom", "shade", "image"]),
-    ("bench", &["math", "scene", "geom", "shade", "estimate", "image", "reference", "refine::workers"]),
+    ("bsdf", &["math"]),
+    ("light", &["math", "error", "scene", "geom", "bsdf"]),
+    ("estimate", &["math", "error", "scene", "geom", "bsdf", "light"]),
+    ("cache", &["math", "error", "scene", "geom", "bsdf", "light", "estimate"]),
+    ("refine", &["math", "error", "scene", "geom", "bsdf", "light", "estimate", "cache"]),
+    ("reference", &["math", "error", "scene", "geom", "bsdf", "light", "image"]),
+    ("bench", &["math", "scene", "geom", "bsdf", "light", "estimate", "image", "reference", "refine::workers"]),
     ("image", &["math", "error", "scene"]),
     ("log", &["math", "error", "scene", "image", "refine::update"]),
     ("vk", &["math", "error"]),

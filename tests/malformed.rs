@@ -1,4 +1,4 @@
-//! Odd and broken OBJ files: the shared collection and its sound scenes (skipped where they are not there).
+//! PixelMismatch and broken OBJ files: the shared collection and its sound scenes (skipped where they are not there).
 
 use penombre::error::Error;
 use penombre::scene::TriangleId;

@@ -9,15 +9,15 @@ use by_hand::{Mirror, drawn, engine_with, front, light, material, options, patch
 use glam::{DVec3, Vec3};
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
+use penombre::light::group::LightGroup;
+use penombre::light::lights::{Arrival, Lights, Source, delta_arrival};
+use penombre::light::selection::LightChoice;
 use penombre::math::sequence::Sequence;
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
 use penombre::refine::update::Slot;
 use penombre::scene::light::LightKind;
 use penombre::scene::{FaceId, Scene, TriangleId};
-use penombre::shade::light_choice::LightChoice;
-use penombre::shade::light_mesh::Emitter;
-use penombre::shade::lights::{Arrival, Lights, Source, delta_arrival};
 use std::f32::consts::PI;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -27,7 +27,7 @@ const CLUSTERS: u32 = 18;
 const LAMPS: u32 = 10;
 const EYE: Vec3 = Vec3::new(0.0, 3.0, -5.0);
 
-/// Lamp `k` of a cluster: where it hangs, and its light as an intensity. Odd ones are squares of the same flux straight down.
+/// Lamp `k` of a cluster: where it hangs, and its light as an intensity. PixelMismatch ones are squares of the same flux straight down.
 fn lamp(cluster: u32, k: u32) -> (Vec3, Vec3) {
     let sequence = Sequence::new(7);
     let [x, y, z, ..] = sequence.point(cluster);
@@ -88,7 +88,7 @@ fn factors(of: impl Fn(u32) -> Vec3) -> Vec<Vec3> {
 
 /// Few meshes: groups of six or so.
 fn grouped(seed: u64) -> Options {
-    Options { max_light_meshes: 30, min_pixels: 3.0, shadow_size: 0.3, ..options(seed) }
+    Options { max_light_groups: 30, min_pixels: 3.0, shadow_size: 0.3, ..options(seed) }
 }
 
 /// Irradiance of all lamps at a point of the floor, ray by ray; squares by a grid of points.
@@ -152,8 +152,8 @@ fn error(mirror: &Mirror, scene: &Scene, ids: &[TriangleId], factor: impl Fn(u32
 #[test]
 fn grouped_light_is_that_of_every_lamp() {
     let (scene, ids) = hall(false, true, evenly);
-    let solved = |max_light_meshes| {
-        let mut engine = engine_with(scene.clone(), 2, Options { max_light_meshes, ..grouped(1) });
+    let solved = |max_light_groups| {
+        let mut engine = engine_with(scene.clone(), 2, Options { max_light_groups, ..grouped(1) });
         let mirror = solve_pixels(&mut engine, &front(&ids), 1000, EYE);
         engine.cache().validate();
         (error(&mirror, &scene, &ids, evenly), mirror.last.stats, engine.cache().layers.len())
@@ -171,9 +171,9 @@ fn grouped_light_is_that_of_every_lamp() {
 #[test]
 fn without_occlusion_groups_are_exact() {
     let (scene, ids) = hall(true, false, evenly);
-    let shown = |max_light_meshes| {
+    let shown = |max_light_groups| {
         // Faint lights are not put off for ever.
-        let options = Options { max_light_meshes, tolerance: 1e-7, ..options(3) };
+        let options = Options { max_light_groups, tolerance: 1e-7, ..options(3) };
         let mirror = solve_pixels(&mut engine_with(scene.clone(), 1, options), &front(&ids), 10, EYE);
         ids.iter()
             .flat_map(|&t| mirror.face(FaceId::new(t, false)))
@@ -192,12 +192,12 @@ fn without_occlusion_groups_are_exact() {
 #[test]
 fn points_of_a_group_are_unbiased() {
     let (scene, _) = hall(false, true, evenly);
-    let (bvh, lights) = (Bvh::build(&scene), Lights::in_meshes(&scene, 12));
+    let (bvh, lights) = (Bvh::build(&scene), Lights::in_groups(&scene, 12));
     let mut partly = 0;
     // Under the edges of the plates.
     for (corner, size) in (0..5).map(plate) {
         let place = Place { scene: &scene, bvh: &bvh, x: Vec3::new(corner.x, 0.0, corner.z + 0.5 * size) };
-        for mesh in (0..lights.mesh_count()).map(|mesh| lights.mesh(mesh)) {
+        for mesh in (0..lights.group_count()).map(|mesh| lights.group(mesh)) {
             let all = mesh.sources().map(|(source, _)| place.arriving(source));
             let exact = all.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
             place.assert_mean_is(mesh, exact);
@@ -236,7 +236,7 @@ impl Place<'_> {
     }
 
     /// Checks the mean over many rounds of a few points: neither one turn nor two.
-    fn assert_mean_is(&self, mesh: Emitter<'_>, exact: [f32; 2]) {
+    fn assert_mean_is(&self, mesh: LightGroup<'_>, exact: [f32; 2]) {
         const ROUNDS: u64 = 1500;
         let round = |round: u64| {
             let points = mesh.points(self.x, Sequence::new(round * 77 + 5));
@@ -264,7 +264,7 @@ fn mean(values: impl ExactSizeIterator<Item = [f32; 2]>) -> [f32; 2] {
 fn lights_are_drawn_with_the_chances_that_are_told() {
     let (scene, _) = hall(false, false, evenly);
     for (max, factors) in [(30, factors(evenly)), (30, factors(unevenly)), (1000, factors(unevenly))] {
-        let mut lights = Lights::in_meshes(&scene, max);
+        let mut lights = Lights::in_groups(&scene, max);
         lights.set_factors(&factors);
         for (x, normal) in [(Vec3::new(0.5, 0.0, 1.0), Vec3::Y), (Vec3::new(-2.0, 2.0, 0.3), Vec3::new(0.6, 0.0, 0.8))]
         {
@@ -291,14 +291,14 @@ fn lights_are_drawn_with_the_chances_that_are_told() {
 #[test]
 fn as_many_meshes_as_lights_are_one_each() {
     let (scene, ids) = hall(false, true, evenly);
-    let alone = Lights::in_meshes(&scene, 180);
-    assert_eq!(alone.mesh_count(), 180);
-    assert!((0..180).all(|i| alone.sources_of_mesh(i) == [i as u32]));
-    let most = Lights::in_meshes(&scene, 179);
-    let sizes: Vec<usize> = (0..most.mesh_count()).map(|i| most.sources_of_mesh(i).len()).collect();
+    let alone = Lights::in_groups(&scene, 180);
+    assert_eq!(alone.group_count(), 180);
+    assert!((0..180).all(|i| alone.sources_of_group(i) == [i as u32]));
+    let most = Lights::in_groups(&scene, 179);
+    let sizes: Vec<usize> = (0..most.group_count()).map(|i| most.sources_of_group(i).len()).collect();
     assert_eq!((sizes.len(), sizes.iter().filter(|&&n| n == 2).count()), (179, 1));
-    let shown = |max_light_meshes| {
-        let mut engine = engine_with(scene.clone(), 1, Options { max_light_meshes, ..options(3) });
+    let shown = |max_light_groups| {
+        let mut engine = engine_with(scene.clone(), 1, Options { max_light_groups, ..options(3) });
         all_shown(&solve_pixels(&mut engine, &front(&ids), 10, EYE))
     };
     assert_eq!(shown(180), shown(100_000));
@@ -307,7 +307,8 @@ fn as_many_meshes_as_lights_are_one_each() {
 
 /// D and S of everything drawn, as bits.
 fn all_shown(mirror: &Mirror) -> Vec<[u32; 9]> {
-    let slots = mirror.drawn.iter().flat_map(|leaf| mirror.leaves[leaf].slots).map(|slot| mirror.slots[&slot]);
+    let slots =
+        mirror.drawn.iter().flat_map(|drawn| mirror.drawn_triangles[drawn].slots).map(|slot| mirror.slots[&slot]);
     let bits = |v: Vec3| v.to_array().map(f32::to_bits);
     let mut all: Vec<[u32; 9]> = slots
         .map(|s| {
@@ -346,7 +347,7 @@ fn members_can_be_changed_one_by_one() {
     relit(&mut engine, &mut mirror, &ids, &factors(|_| Vec3::new(0.0, 0.5, 2.0)));
     relit(&mut engine, &mut mirror, &ids, &factors(|_| Vec3::ZERO));
     relit(&mut engine, &mut mirror, &ids, &factors(evenly));
-    assert_eq!(all_shown(&mirror), before, "all off and on again leaves no trace");
+    assert_eq!(all_shown(&mirror), before, "all off and on again drawn_triangles no trace");
     relit(&mut engine, &mut mirror, &ids, &factors(unevenly));
     assert_eq!(mirror.last.stats.rays, rays, "no ray");
     let at_once = error(&mirror, &scene, &ids, unevenly);

@@ -5,13 +5,13 @@ mod by_hand;
 
 use by_hand::{Mirror, drawn, engine_with, front, interpolated, light, material, options, patch};
 use glam::{Vec2, Vec3};
+use penombre::light::lights::{AreaSource, Lights, Source};
 use penombre::math::sequence::Sequence;
 use penombre::refine::engine::{Budget, Visible};
 use penombre::refine::options::Options;
 use penombre::refine::update::Slot;
 use penombre::scene::light::LightKind;
 use penombre::scene::{Scene, TriangleId};
-use penombre::shade::lights::{AreaSource, Lights, Source};
 use std::f32::consts::PI;
 
 /// Edge of the screen, and its height; all of x beyond it is hidden from the lamp's points beyond the line of sight.

@@ -9,7 +9,7 @@ use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::Options;
-use penombre::refine::update::{Leaf, LeafId, LeafPixels};
+use penombre::refine::update::{DrawnId, DrawnPixels, DrawnTriangle};
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::{FaceId, Scene, TriangleId};
@@ -57,27 +57,28 @@ fn points(view: &View) -> Vec<Vec3> {
 }
 
 /// The drawn triangle that holds a point of the floor, with the point's weights.
-fn holder(mirror: &Mirror, faces: &[FaceId], x: Vec3) -> Option<(LeafId, Leaf, [f32; 3])> {
-    let leaves = mirror.drawn.iter().map(|l| (*l, mirror.leaves[l])).filter(|(_, l)| faces.contains(&l.face));
-    leaves.into_iter().find_map(|(id, leaf)| {
-        let [a, b, c] = leaf.slots.map(|slot| mirror.slots[&slot].position);
+fn holder(mirror: &Mirror, faces: &[FaceId], x: Vec3) -> Option<(DrawnId, DrawnTriangle, [f32; 3])> {
+    let drawn_triangles =
+        mirror.drawn.iter().map(|l| (*l, mirror.drawn_triangles[l])).filter(|(_, l)| faces.contains(&l.face));
+    drawn_triangles.into_iter().find_map(|(id, drawn)| {
+        let [a, b, c] = drawn.slots.map(|slot| mirror.slots[&slot].position);
         let area = |p: Vec3, q: Vec3, r: Vec3| (q - p).cross(r - p).y;
         let weights = [area(x, b, c), area(a, x, c), area(a, b, x)].map(|w| w / area(a, b, c));
-        weights.iter().all(|w| *w >= 0.0).then_some((id, leaf, weights))
+        weights.iter().all(|w| *w >= 0.0).then_some((id, drawn, weights))
     })
 }
 
 /// What the GPU would count.
 fn count(mirror: &Mirror, faces: &[FaceId], view: &View) -> Counted {
-    let mut counted: HashMap<LeafId, LeafPixels> = HashMap::new();
+    let mut counted: HashMap<DrawnId, DrawnPixels> = HashMap::new();
     for (pixel, x) in points(view).into_iter().enumerate() {
-        if let Some((leaf, ..)) = holder(mirror, faces, x) {
+        if let Some((drawn, ..)) = holder(mirror, faces, x) {
             let ray = Some(view.direction(SIZE.centre_of(pixel)));
-            counted.entry(leaf).or_insert(LeafPixels { leaf, pixels: 0, ray }).pixels += 1;
+            counted.entry(drawn).or_insert(DrawnPixels { drawn, pixels: 0, ray }).pixels += 1;
         }
     }
-    let mut pixels: Vec<LeafPixels> = counted.into_values().collect();
-    pixels.sort_by_key(|p| p.leaf);
+    let mut pixels: Vec<DrawnPixels> = counted.into_values().collect();
+    pixels.sort_by_key(|p| p.drawn);
     Counted { pixels: Some(pixels), complete: true, ..drawn(mirror) }
 }
 
@@ -112,9 +113,9 @@ fn wrong_pixels(mirror: &Mirror, scene: &Scene, faces: &[FaceId], view: &View) -
     let bvh = Bvh::build(scene);
     let (mut wrong, mut all) = (0, 0);
     for x in points(view) {
-        let Some((_, leaf, weights)) = holder(mirror, faces, x) else { continue };
-        let values = leaf.all_slots().map(|slot| mirror.slots[&slot].diffuse.x).collect::<Vec<_>>();
-        let shown = if leaf.flat.is_some() { values[3] } else { (0..3).map(|i| values[i] * weights[i]).sum() };
+        let Some((_, drawn, weights)) = holder(mirror, faces, x) else { continue };
+        let values = drawn.all_slots().map(|slot| mirror.slots[&slot].diffuse.x).collect::<Vec<_>>();
+        let shown = if drawn.flat.is_some() { values[3] } else { (0..3).map(|i| values[i] * weights[i]).sum() };
         let exact: f32 = scene.lights.iter().map(|light| exact_light(scene, &bvh, light, x)).sum();
         wrong += u32::from((shown - exact).abs() > 0.02 * 0.1);
         all += 1;

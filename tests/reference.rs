@@ -7,13 +7,13 @@ mod shapes;
 use by_hand::{light, material, patch};
 use glam::Vec3;
 use penombre::geom::bvh::Bvh;
+use penombre::light::context::SceneContext;
+use penombre::light::lights::Lights;
 use penombre::reference::{Accumulator, Filter, ReferenceImage, Settings, Strategy, Transport, random_pixels};
 use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::coplanar::Coplanar;
 use penombre::scene::light::LightKind;
 use penombre::scene::{Scene, load};
-use penombre::shade::lights::Lights;
-use penombre::shade::world::World;
 use shapes::{icosphere, room};
 use std::f32::consts::PI;
 use std::path::Path;
@@ -28,11 +28,11 @@ fn camera(position: Vec3, look_at: Vec3, vertical_fov: f32) -> Camera {
 
 fn render(scene: &Scene, camera: &Camera, settings: Settings, passes: u32, seed: u64) -> ReferenceImage {
     let (bvh, lights) = (Bvh::build(scene), Lights::new(scene));
-    let world = World::new(scene, &bvh, &lights, seed, scene.scale());
+    let context = SceneContext::new(scene, &bvh, &lights, seed, scene.scale());
     let view = scene.view(camera, ImageSize { width: 16, height: 16 });
     let mut accumulator = Accumulator::new(&view);
     for _ in 0..passes {
-        assert!(accumulator.pass(&world, &view, settings, || false).finished);
+        assert!(accumulator.pass(&context, &view, settings, || false).finished);
     }
     accumulator.image()
 }
@@ -344,7 +344,7 @@ fn a_part_of_the_pixels_is_the_same_part_of_the_image() {
     let all = render(&scene, &camera, FULL, 4, 10);
     assert!(all.sampled.is_none());
     let (bvh, lights) = (Bvh::build(&scene), Lights::new(&scene));
-    let world = World::new(&scene, &bvh, &lights, 10, scene.scale());
+    let context = SceneContext::new(&scene, &bvh, &lights, 10, scene.scale());
     let view = scene.view(&camera, ImageSize { width: 16, height: 16 });
     let chosen = random_pixels(view.size, 50);
     let mean = |pixels: &mut dyn Iterator<Item = usize>, n: f32| pixels.map(|i| all.mean[i].x).sum::<f32>() / n;
@@ -355,7 +355,7 @@ fn a_part_of_the_pixels_is_the_same_part_of_the_image() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let mut accumulator = Accumulator::over(&view, chosen.clone());
         for _ in 0..4 {
-            assert!(pool.install(|| accumulator.pass(&world, &view, FULL, || false)).finished);
+            assert!(pool.install(|| accumulator.pass(&context, &view, FULL, || false)).finished);
         }
         let part = accumulator.image();
         let sampled = part.sampled.unwrap();

@@ -70,8 +70,8 @@ fn solved(scene: Scene, ids: &[TriangleId], options: Options, rays: u64) -> (Eng
 type Shown = BTreeMap<(u32, [u32; 3]), [Vec3; 2]>;
 
 fn shown(mirror: &Mirror) -> Shown {
-    let leaves = mirror.drawn.iter().map(|leaf| mirror.leaves[leaf]);
-    let corners = leaves.flat_map(|leaf| leaf.slots.map(|slot| (leaf.face, mirror.slots[&slot])));
+    let drawn_triangles = mirror.drawn.iter().map(|drawn| mirror.drawn_triangles[drawn]);
+    let corners = drawn_triangles.flat_map(|drawn| drawn.slots.map(|slot| (drawn.face, mirror.slots[&slot])));
     corners.map(|(face, s)| ((face.0, s.position.to_array().map(f32::to_bits)), [s.diffuse, s.specular])).collect()
 }
 

@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3};
 use penombre::pass::{
     Depth, DepthFormat, DepthOrder, FrameOptions, LuminanceLayers, Renderer, RendererOptions, UpdateMode,
 };
-use penombre::refine::update::{LeafId, LeafPixels};
+use penombre::refine::update::{DrawnId, DrawnPixels};
 use penombre::scene::Scene;
 use penombre::scene::camera::{ImageSize, View};
 use penombre::vk::Device;
@@ -69,9 +69,9 @@ fn refine(renderer: &mut Renderer, scene: &Scene, mode: UpdateMode) -> [Luminanc
 fn differing([a, b]: &[LuminanceLayers; 2]) -> f32 {
     let differs = |&i: &usize| {
         let near = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 4e-3 * b.abs() + 1e-3);
-        a.leaf_id[i] != b.leaf_id[i] || !near(&a.d[i], &b.d[i])
+        a.drawn_id[i] != b.drawn_id[i] || !near(&a.d[i], &b.d[i])
     };
-    (0..a.leaf_id.len()).filter(differs).count() as f32 / a.leaf_id.len() as f32
+    (0..a.drawn_id.len()).filter(differs).count() as f32 / a.drawn_id.len() as f32
 }
 
 #[test]
@@ -124,8 +124,8 @@ fn what_a_device_lacks_is_named() {
     finish(device);
 }
 
-fn pixels_of(counted: &[LeafPixels]) -> HashMap<LeafId, u32> {
-    counted.iter().map(|leaf| (leaf.leaf, leaf.pixels)).collect()
+fn pixels_of(counted: &[DrawnPixels]) -> HashMap<DrawnId, u32> {
+    counted.iter().map(|drawn| (drawn.drawn, drawn.pixels)).collect()
 }
 
 #[test]
@@ -138,25 +138,25 @@ fn queries_counters_and_histogram_agree() {
     for mode in modes {
         let scene = terrain(20);
         let visible = faces(&show(&mut renderer, &scene, SIZE.width, SIZE.height));
-        renderer.reset_leaves();
+        renderer.reset_drawn();
         let mut mesh = Splitter::new(&scene, &visible);
         renderer.apply(&base_update(&scene, visible.iter().copied(), false, |_, p| mesh.slot(p))).unwrap();
         renderer.frame(&full(mode)).unwrap();
         assert!(renderer.atomic_counts().is_empty(), "a full draw counts by histogram");
         let update = mesh.split(0.2);
-        let new: Vec<LeafId> = update.leaves.iter().map(|&(leaf, _)| leaf).collect();
+        let new: Vec<DrawnId> = update.drawn_triangles.iter().map(|&(drawn, _)| drawn).collect();
         renderer.apply(&update).unwrap();
         let stats = renderer.frame(&FrameOptions { queries: 1000, ..patches(mode) }).unwrap();
-        let queried: HashMap<LeafId, u32> = pixels_of(renderer.query_counts());
-        let counted: HashMap<LeafId, u32> = pixels_of(renderer.atomic_counts());
-        let histogram: HashMap<LeafId, u32> = pixels_of(&renderer.leaf_counts().unwrap().leaves);
+        let queried: HashMap<DrawnId, u32> = pixels_of(renderer.query_counts());
+        let counted: HashMap<DrawnId, u32> = pixels_of(renderer.atomic_counts());
+        let histogram: HashMap<DrawnId, u32> = pixels_of(&renderer.drawn_counts().unwrap().drawn_triangles);
         assert!(new.len() > 500 && counted.len() == new.len(), "{} {}", new.len(), counted.len());
         assert_eq!(queried.len(), stats.queries as usize);
         assert!(mode == UpdateMode::Lookup || !queried.is_empty());
-        for leaf in new {
-            let shown = histogram.get(&leaf).copied().unwrap_or(0);
-            assert_eq!(counted[&leaf], shown, "{mode:?}: counter of {leaf:?}");
-            assert!(queried.get(&leaf).is_none_or(|&pixels| pixels == shown), "{mode:?}: query of {leaf:?}");
+        for drawn in new {
+            let shown = histogram.get(&drawn).copied().unwrap_or(0);
+            assert_eq!(counted[&drawn], shown, "{mode:?}: counter of {drawn:?}");
+            assert!(queried.get(&drawn).is_none_or(|&pixels| pixels == shown), "{mode:?}: query of {drawn:?}");
         }
     }
     drop(renderer);

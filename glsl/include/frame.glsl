@@ -14,7 +14,7 @@ struct Triangle {
 };
 
 // A triangle in drawing order: those without mask first.
-struct DrawnTriangle {
+struct VisibilityTriangle {
     uvec3 corners;
     uint id;
 };
@@ -57,7 +57,7 @@ struct Slot {
     vec3 specular;
 };
 
-struct Leaf {
+struct DrawnTriangle {
     uvec3 slots;
     uint face;
     uint flat_slot; // whose value shows all over, or NONE
@@ -68,7 +68,7 @@ struct LookupNode {
     uint child;
     uint stamp;     // of the frame that draws its triangles
     uint codes;     // a byte a triangle: where its corners lie in the node
-    uint leaves[4]; // NONE where there are fewer
+    uint drawn_triangles[4]; // NONE where there are fewer
 };
 
 // The tree of a face: its root, or NONE, and the stamp of the frame that last draws a part of it.
@@ -79,14 +79,14 @@ struct LookupRoot {
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Positions { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Triangles { Triangle at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawnTriangles { DrawnTriangle at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VisibilityTriangles { VisibilityTriangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CoplanarFaces { CoplanarFace at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials { Material at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Textures { Texture at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Texels { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Slots { Slot at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Leaves { Leaf at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LeafList { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawnTriangles { DrawnTriangle at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer DrawnList { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LookupNodes { LookupNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LookupRoots { LookupRoot at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer References { uint at[]; };
@@ -95,21 +95,21 @@ struct Frame {
     mat4 clip_from_world;
     Positions positions;
     Triangles triangles;
-    DrawnTriangles drawn;
+    VisibilityTriangles visibility_triangles;
     CoplanarFaces coplanar;
     Materials materials;
     Textures textures;
     Texels texels;
     uvec2 colours; // address of three vertex colours a triangle, 0 without any
     Slots slots;
-    Leaves leaves;
-    LeafList leaf_list;
+    DrawnTriangles drawn_triangles;
+    DrawnList drawn_list;
     Positions marks;
     LookupNodes lookup_nodes;
     LookupRoots lookup_roots;
     References list_references; // stencil references, where draws export them
     References mark_references;
-    uvec2 leaf_pixels;          // address of a counter a leaf
+    uvec2 drawn_pixels;          // address of a counter a drawn triangle
     vec3 eye;
     vec3 forward;   // unit
     vec3 right;     // the image's edges are at forward +- right, forward +- down
@@ -123,8 +123,8 @@ struct Frame {
     uint emits_back;       // whether emissive triangles emit on both sides
     float filter_width;    // of the square that textures are filtered over, pixels
     vec2 depth_of_inverse;  // depth is x / distance along the view + y
-    float background_depth; // farther than any leaf, nearer than nothing
-    uint lookup_stamp;      // of the leaves to look up; 0 for all
+    float background_depth; // farther than any drawn triangle, nearer than nothing
+    uint lookup_stamp;      // of the drawn triangles to look up; 0 for all
 };
 
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame frame; };

@@ -2,7 +2,7 @@
 
 // What a pixel found: the triangle, the weights of its corners; NONE without any.
 struct Found {
-    uint leaf;
+    uint drawn;
     vec3 weights;
 };
 
@@ -22,12 +22,12 @@ vec3 weights_in(uint code, vec3 point) {
 Found among(LookupNode node, vec3 point) {
     Found best = Found(NONE, vec3(0.0));
     float inside = -1e30;
-    for (uint i = 0u; i < 4u && node.leaves[i] != NONE; ++i) {
+    for (uint i = 0u; i < 4u && node.drawn_triangles[i] != NONE; ++i) {
         vec3 weights = weights_in(node.codes >> (8u * i) & 255u, point);
         float least = min(weights.x, min(weights.y, weights.z));
         if (least > inside) {
             inside = least;
-            best = Found(node.leaves[i], weights);
+            best = Found(node.drawn_triangles[i], weights);
         }
     }
     return best;
@@ -79,8 +79,8 @@ Found find() {
 
 // Its luminance.
 void write_found(Found found) {
-    Leaf leaf = frame.leaves.at[found.leaf];
-    uvec3 slots = leaf.flat_slot == NONE ? leaf.slots : uvec3(leaf.flat_slot);
+    DrawnTriangle drawn = frame.drawn_triangles.at[found.drawn];
+    uvec3 slots = drawn.flat_slot == NONE ? drawn.slots : uvec3(drawn.flat_slot);
     vec3 diffuse = vec3(0.0);
     vec3 specular = vec3(0.0);
     float weight = 0.0;
@@ -91,5 +91,5 @@ void write_found(Found found) {
         diffuse += share * slot.diffuse;
         specular += share * slot.specular;
     }
-    write_luminance(diffuse, specular, weight, found.leaf);
+    write_luminance(diffuse, specular, weight, found.drawn);
 }

@@ -1,4 +1,4 @@
-// Luminance where no leaf covers a pixel of a visible face (T-junctions on creases, slivers): neighbours stand in. Only
+// Luminance where no drawn triangle covers a pixel of a visible face (T-junctions on creases, slivers): neighbours stand in. Only
 // pixels without depth are drawn with this, since it would double the cost of all others.
 
 // Adds the drawn pixels within `reach` of p, those of face `id` only or (0) those of any; returns their number.

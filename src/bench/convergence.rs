@@ -1,11 +1,11 @@
 //! Error against CPU time: of the light engine (points that the caller takes) and of the path tracer.
 
 use super::Step;
-use super::truth::Truth;
+use super::reference_pixels::ReferencePixels;
+use crate::light::context::SceneContext;
 use crate::reference::{Accumulator, Settings, random_pixels};
 use crate::refine::workers::thread_nanoseconds;
 use crate::scene::camera::View;
-use crate::shade::world::World;
 use rayon::ThreadPool;
 use serde::Serialize;
 
@@ -112,10 +112,10 @@ const TIMED_SECONDS: f64 = 0.5;
 /// some of the pixels that count, each with the samples that it gets in a whole image. `None` if it was broken off.
 #[must_use]
 pub fn path_tracer(
-    world: &World<'_>,
+    context: &SceneContext<'_>,
     view: &View,
     settings: Settings,
-    truth: &Truth,
+    reference_pixels: &ReferencePixels,
     pool: &ThreadPool,
     (enough, limit): (f64, f64),
     step: &Step<'_>,
@@ -124,17 +124,17 @@ pub fn path_tracer(
     let mut whole = Accumulator::new(view);
     let (mut rays, mut spent) = (0, 0.0);
     while spent < TIMED_SECONDS {
-        let (pass, seconds) = timed(pool, || whole.pass(world, view, settings, stop));
+        let (pass, seconds) = timed(pool, || whole.pass(context, view, settings, stop));
         pass.finished.then(|| (rays, spent) = (rays + pass.rays, spent + seconds))?;
     }
     let passes = f64::from(whole.samples());
     let (rays_a_pass, cpu_seconds_a_pass) = (rays as f64 / passes, spent / passes);
-    let chosen = chosen(view, truth);
-    let part = truth.of(&chosen);
+    let chosen = chosen(view, reference_pixels);
+    let part = reference_pixels.of(&chosen);
     let mut accumulator = Accumulator::over(view, chosen);
     let (mut points, mut spent, mut due) = (Vec::new(), 0.0, 1);
     loop {
-        let (pass, seconds) = timed(pool, || accumulator.pass(world, view, settings, stop));
+        let (pass, seconds) = timed(pool, || accumulator.pass(context, view, settings, stop));
         pass.finished.then(|| spent += seconds)?;
         let samples = accumulator.samples();
         let last = spent >= limit;
@@ -158,10 +158,10 @@ pub fn path_tracer(
 }
 
 /// Pixels that count: all, or about [`PIXELS`] of them at random.
-fn chosen(view: &View, truth: &Truth) -> Vec<u32> {
-    let share = (PIXELS as f64 / truth.counted() as f64).min(1.0);
+fn chosen(view: &View, reference_pixels: &ReferencePixels) -> Vec<u32> {
+    let share = (PIXELS as f64 / reference_pixels.counted() as f64).min(1.0);
     let drawn = random_pixels(view.size, (view.size.pixels() as f64 * share).ceil() as usize);
-    truth.counted_among(&drawn)
+    reference_pixels.counted_among(&drawn)
 }
 
 /// What some work on all threads of a pool returns, and the CPU seconds that it takes of them together.

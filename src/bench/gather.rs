@@ -6,9 +6,9 @@ use crate::estimate::hemisphere::{Method, gather};
 use crate::estimate::light_vector::LightVector;
 use crate::estimate::stratification::Stratification;
 use crate::geom::Ray;
+use crate::light::context::{SceneContext, ShadingPoint};
 use crate::math::{combine, luminance, sequence::Sequence};
 use crate::scene::camera::View;
-use crate::shade::world::{Site, World};
 use rayon::prelude::*;
 use serde::Serialize;
 use std::ops::Range;
@@ -63,17 +63,17 @@ const ALLOWED: [u32; 4] = [16, 64, 256, 1024];
 const REPETITIONS: u64 = 2;
 
 /// Measures all rows, on the current thread pool. `None` if it was broken off.
-pub fn measure(world: &World<'_>, view: &View, step: &Step<'_>) -> Option<Study> {
-    let sites = seen(world, view, POINTS);
+pub fn measure(context: &SceneContext<'_>, view: &View, step: &Step<'_>) -> Option<Study> {
+    let sites = seen(context, view, POINTS);
     let mut errors = Vec::new();
     for hits in [Hits::Fixed, Hits::Random] {
-        let truths = truths(world, &sites, hits, step)?;
+        let truths = truths(context, &sites, hits, step)?;
         for (name, method) in Method::NAMES {
             for allowed in ALLOWED {
                 if !step(&format!("hemisphere method {name}, {allowed} rays")) {
                     return None;
                 }
-                errors.push(row(world, &sites, &truths, hits, (name, method), allowed));
+                errors.push(row(context, &sites, &truths, hits, (name, method), allowed));
             }
         }
     }
@@ -81,21 +81,21 @@ pub fn measure(world: &World<'_>, view: &View, step: &Step<'_>) -> Option<Study>
 }
 
 /// Luminance of the irradiance at each place.
-fn truths(world: &World<'_>, sites: &[Site], hits: Hits, step: &Step<'_>) -> Option<Vec<f64>> {
-    let truth = |site: &Site| {
+fn truths(context: &SceneContext<'_>, sites: &[ShadingPoint], hits: Hits, step: &Step<'_>) -> Option<Vec<f64>> {
+    let reference_pixels = |shading_point: &ShadingPoint| {
         step("light by very many rays").then(|| {
-            let gather = Gather { world, site, hits, method: Method::Stratified };
+            let gather = Gather { context, shading_point, hits, method: Method::Stratified };
             let (vector, _) = gather.rays(0..TRUTH, u64::MAX);
             f64::from(luminance(vector.irradiance()))
         })
     };
-    sites.par_iter().map(truth).collect()
+    sites.par_iter().map(reference_pixels).collect()
 }
 
 /// How light is gathered at a place.
 struct Gather<'a> {
-    world: &'a World<'a>,
-    site: &'a Site,
+    context: &'a SceneContext<'a>,
+    shading_point: &'a ShadingPoint,
     hits: Hits,
     method: Method,
 }
@@ -103,18 +103,21 @@ struct Gather<'a> {
 impl Gather<'_> {
     /// What a range of rays finds, and the number of rays that it took.
     fn rays(&self, rays: Range<u32>, seed: u64) -> (LightVector, u32) {
-        let Self { world, site, hits, method } = *self;
-        let sequence = Sequence::new(combine(combine(world.seed, site.key), seed));
+        let Self { context, shading_point, hits, method } = *self;
+        let sequence = Sequence::new(combine(combine(context.seed, shading_point.key), seed));
         let mut vector = LightVector::default();
         let radiance = |index, direction| {
-            let ray = Ray { origin: site.origin, direction, t_max: f32::INFINITY };
+            let ray = Ray { origin: shading_point.origin, direction, t_max: f32::INFINITY };
             let [_, _, u, v] = sequence.point(index);
             let [pick, ..] = sequence.point_of_set(index, 1);
             let random = if hits == Hits::Random { [u, v, pick] } else { [0.5; 3] };
-            world.bvh.closest(world.scene, &ray).map_or_else(Default::default, |hit| reflected(world, &hit, random))
+            context
+                .bvh
+                .closest(context.scene, &ray)
+                .map_or_else(Default::default, |hit| reflected(context, &hit, random))
         };
-        let sink = |sample| vector.push(site.normal, &sample);
-        let gathered = gather(method, &[site.normal], rays, &sequence, radiance, sink);
+        let sink = |sample| vector.push(shading_point.normal, &sample);
+        let gathered = gather(method, &[shading_point.normal], rays, &sequence, radiance, sink);
         (vector, gathered.rays)
     }
 
@@ -135,18 +138,18 @@ impl Gather<'_> {
 type Trial = (f64, f64, u32);
 
 fn row(
-    world: &World<'_>,
-    sites: &[Site],
+    context: &SceneContext<'_>,
+    sites: &[ShadingPoint],
     truths: &[f64],
     hits: Hits,
     (name, method): (&'static str, Method),
     allowed: u32,
 ) -> Errors {
-    let at_site = |(site, truth): (&Site, &f64)| {
+    let at_site = |(shading_point, reference_pixels): (&ShadingPoint, &f64)| {
         let mut pool = Stratification::default();
         let trials: [Trial; REPETITIONS as usize] = std::array::from_fn(|seed| {
-            let (vector, rays) = Gather { world, site, hits, method }.trial(allowed, seed as u64, &mut pool);
-            let error = f64::from(luminance(vector.irradiance())) - truth;
+            let (vector, rays) = Gather { context, shading_point, hits, method }.trial(allowed, seed as u64, &mut pool);
+            let error = f64::from(luminance(vector.irradiance())) - reference_pixels;
             (error, f64::from(vector.independent_variance()), rays)
         });
         (trials, pool)

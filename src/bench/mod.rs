@@ -5,16 +5,16 @@ pub mod convergence;
 mod gather;
 pub mod plot;
 mod rates;
+pub mod reference_pixels;
 mod surface;
-pub mod truth;
 
 pub use choice::ChoiceCost;
 pub use gather::{Errors, Hits, Study};
 pub use rates::Rates;
 
+use crate::light::context::SceneContext;
 use crate::refine::workers::thread_nanoseconds;
 use crate::scene::camera::View;
-use crate::shade::world::World;
 use rayon::ThreadPool;
 use serde::Serialize;
 
@@ -34,10 +34,10 @@ pub type Step<'a> = dyn Fn(&str) -> bool + Sync + 'a;
 
 /// Measures everything: speeds on one thread of their own, errors on the threads of `pool`. `None` if it was broken off.
 #[must_use]
-pub fn measure(world: &World<'_>, view: &View, pool: &ThreadPool, step: &Step<'_>) -> Option<Report> {
-    let rates = rates::measure(world, view, step)?;
+pub fn measure(context: &SceneContext<'_>, view: &View, pool: &ThreadPool, step: &Step<'_>) -> Option<Report> {
+    let rates = rates::measure(context, view, step)?;
     let choice = choice::measure(step)?;
-    let hemisphere = pool.install(|| gather::measure(world, view, step))?;
+    let hemisphere = pool.install(|| gather::measure(context, view, step))?;
     Some(Report { rates, choice, hemisphere })
 }
 

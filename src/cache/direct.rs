@@ -5,15 +5,15 @@
 //! handful of rays; noise lives in penumbrae only.
 
 use super::dynamic::{Cache, SlotId};
-use super::odds;
 use super::topology::NodeId;
 use super::vertex::{Left, VertexId};
+use super::visibility_prior;
 use crate::estimate::penumbra::Round;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
+use crate::light::context::SceneContext;
+use crate::light::group::LightGroup;
+use crate::light::lights::Arrival;
 use crate::math::luminance;
-use crate::shade::light_mesh::Emitter;
-use crate::shade::lights::Arrival;
-use crate::shade::world::World;
 use smallvec::SmallVec;
 
 /// A visit to a vertex.
@@ -38,10 +38,10 @@ pub enum Wanted {
         small: bool,
     },
     /// First visit of a vertex inside a leaf.
-    Inner,
+    Pixel,
     /// All lights not traced or inferred yet.
     Settle,
-    /// One light mesh, traced closely because another vertex sees it otherwise.
+    /// One light group, traced closely because another vertex sees it otherwise.
     Confirm {
         /// The mesh.
         light: u32,
@@ -92,7 +92,7 @@ pub const MAX_POINTS: u32 = 1 << 16;
 
 /// Where a vertex lies that is visited for the first time.
 #[derive(Clone, Copy)]
-enum Place {
+enum VertexKind {
     /// At a corner of the scene's triangles.
     Base,
     /// On an edge of a node; whether that is so small that its corners may speak for it.
@@ -102,53 +102,58 @@ enum Place {
 }
 
 /// Does a job.
-pub fn visit(world: &World<'_>, cache: &Cache, job: Job, out: &mut Results) {
+pub fn visit(context: &SceneContext<'_>, cache: &Cache, job: Job, out: &mut Results) {
     match job.wanted {
-        Wanted::Strongest => first_visit(world, cache, job.vertex, Place::Base, out),
-        Wanted::Midpoint { node, small } => first_visit(world, cache, job.vertex, Place::Middle(node, small), out),
+        Wanted::Strongest => first_visit(context, cache, job.vertex, VertexKind::Base, out),
+        Wanted::Midpoint { node, small } => {
+            first_visit(context, cache, job.vertex, VertexKind::Middle(node, small), out)
+        }
         // The camera sees it: nothing covers it.
-        Wanted::Inner => first_lights(world, cache, job.vertex, Place::Pixel, out),
+        Wanted::Pixel => first_lights(context, cache, job.vertex, VertexKind::Pixel, out),
         Wanted::Settle => {
             let open = |v: Visibility| matches!(v.origin, Origin::Deferred | Origin::Unknown);
-            for light in 0..world.lights.mesh_count() as u32 {
+            for light in 0..context.lights.group_count() as u32 {
                 let known = cache.layers[light as usize].visibility.get(job.vertex.0);
-                if world.lights.mesh_is_on(light as usize) && open(known) {
-                    sample(world, cache, (job.vertex, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
+                if context.lights.group_is_on(light as usize) && open(known) {
+                    sample(context, cache, (job.vertex, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
                 }
             }
         }
-        Wanted::Confirm { light } => confirm(world, cache, (job.vertex, light), out),
-        Wanted::Double => double(world, cache, job.vertex, out),
+        Wanted::Confirm { light } => confirm(context, cache, (job.vertex, light), out),
+        Wanted::Double => double(context, cache, job.vertex, out),
     }
 }
 
 /// The first visit of a vertex on the surface: its lights, and whether something covers it.
-fn first_visit(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, out: &mut Results) {
+fn first_visit(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: VertexKind, out: &mut Results) {
     let before = out.lights.len();
-    first_lights(world, cache, id, place, out);
+    first_lights(context, cache, id, place, out);
     // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
     let dark = out.lights[before..]
         .iter()
-        .all(|result| result.visibility.fraction() == 0.0 || !world.lights.mesh_is_on(result.light as usize));
-    if world.is_covered(&cache.vertices[id.0].site(), dark, &mut out.rays) {
+        .all(|result| result.visibility.fraction() == 0.0 || !context.lights.group_is_on(result.light as usize));
+    if context.is_covered(&cache.vertices[id.0].shading_point(), dark, &mut out.rays) {
         out.covered.push(id);
     }
 }
 
 /// Goes through all lights, those of which most is at stake first: those that together matter little are guessed.
-fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, out: &mut Results) {
+fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: VertexKind, out: &mut Results) {
     let mut open: SmallVec<[Open; 128]> = SmallVec::new();
     let around = cache.odds.place(&cache.vertices[id.0]);
-    for (loaded, light) in strengths(world, cache, id) {
-        let settled =
-            if loaded == 0.0 { Some(0.0) } else { settled(cache, (world.lights.mesh(light as usize), light), place) };
+    for (loaded, light) in strengths(context, cache, id) {
+        let settled = if loaded == 0.0 {
+            Some(0.0)
+        } else {
+            settled(cache, (context.lights.group(light as usize), light), place)
+        };
         if let Some(fraction) = settled {
             let visibility = Visibility::taken_over(Origin::Inferred, fraction);
             out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
             continue;
         }
         // What light can arrive as it is now, rather than as loaded.
-        let strength = loaded * world.lights.mesh_factor(light as usize).max_element();
+        let strength = loaded * context.lights.group_factor(light as usize).max_element();
         open.push(Open { light, strength, odds: odds(cache, around, place, light) });
     }
     let all: f32 = open.iter().map(|o| o.strength).sum();
@@ -164,17 +169,17 @@ fn first_lights(world: &World<'_>, cache: &Cache, id: VertexId, place: Place, ou
             continue;
         }
         left -= at_stake;
-        let first = if matches!(place, Place::Pixel) { PENUMBRA_POINTS } else { FIRST_POINTS };
-        sample(world, cache, (id, light), [first, penumbra_points(strength, all)], out);
+        let first = if matches!(place, VertexKind::Pixel) { PENUMBRA_POINTS } else { FIRST_POINTS };
+        sample(context, cache, (id, light), [first, penumbra_points(strength, all)], out);
         let found = out.lights.last().map_or(odds, |result| result.visibility.fraction());
         expected += strength * (found - odds);
     }
 }
 
 /// Share of a light that a vertex may be expected to see, by what others around it and the corners of its node do.
-fn odds(cache: &Cache, around: odds::Place, place: Place, light: u32) -> f32 {
+fn odds(cache: &Cache, around: visibility_prior::PriorCells, place: VertexKind, light: u32) -> f32 {
     let odds = cache.odds.at(around, light);
-    let Place::Middle(node, _) = place else { return odds };
+    let VertexKind::Middle(node, _) = place else { return odds };
     let corners = cache.corner_vertices(node).map(|v| cache.layers[light as usize].visibility.get(v.0));
     let known = || corners.iter().filter(|corner| corner.is_settled());
     (odds + known().map(|corner| corner.fraction()).sum::<f32>()) / (1 + known().count()) as f32
@@ -189,7 +194,7 @@ fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
         if known.is_partial() { known.points / 2 } else { 0 }
     };
     let between =
-        cache.slots_of(id).filter_map(|slot| cache.slots[slot.0].between.as_ref()).filter(|between| !between.above);
+        cache.slots_of(id).filter_map(|slot| cache.slots[slot.0].between.as_ref()).filter(|between| !between.coarse);
     between.flat_map(|between| &between.of).map(|&(slot, _)| points(slot)).max().unwrap_or(0)
 }
 
@@ -210,11 +215,11 @@ impl Open {
 }
 
 /// Unoccluded strength of each light at a vertex, on the slot that faces it most.
-fn strengths(world: &World<'_>, cache: &Cache, id: VertexId) -> SmallVec<[(f32, u32); 128]> {
-    world.lights.meshes().map(|light| strength(cache, id, light)).zip(0..).collect()
+fn strengths(context: &SceneContext<'_>, cache: &Cache, id: VertexId) -> SmallVec<[(f32, u32); 128]> {
+    context.lights.groups().map(|light| strength(cache, id, light)).zip(0..).collect()
 }
 
-fn strength(cache: &Cache, id: VertexId, light: Emitter<'_>) -> f32 {
+fn strength(cache: &Cache, id: VertexId, light: LightGroup<'_>) -> f32 {
     let position = cache.vertices[id.0].position;
     let at_slot = |slot: SlotId| light.strength(position, cache.slots[slot.0].normal);
     cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
@@ -222,10 +227,10 @@ fn strength(cache: &Cache, id: VertexId, light: Emitter<'_>) -> f32 {
 
 /// Whether a light makes up most of what can arrive at a vertex. Where there are many, few need to be looked at to see that it
 /// does not.
-fn is_strong(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32)) -> bool {
-    let own = strength(cache, id, world.lights.mesh(light as usize));
+fn is_strong(context: &SceneContext<'_>, cache: &Cache, (id, light): (VertexId, u32)) -> bool {
+    let own = strength(cache, id, context.lights.group(light as usize));
     let mut all = 0.0;
-    for other in world.lights.meshes() {
+    for other in context.lights.groups() {
         all += strength(cache, id, other);
         if own <= STRONG * all {
             return false;
@@ -240,13 +245,13 @@ fn penumbra_points(strength: f32, all: f32) -> u32 {
 }
 
 /// Points that are no fewer and give each member of a group as many turns; those that tell all, if there are such.
-fn in_turns(light: Emitter<'_>, points: u32) -> u32 {
+fn in_turns(light: LightGroup<'_>, points: u32) -> u32 {
     light.all_points().unwrap_or_else(|| points.next_multiple_of(light.count()))
 }
 
 /// Visible fraction that corners which agree settle without a ray.
-fn settled(cache: &Cache, (emitter, light): (Emitter<'_>, u32), place: Place) -> Option<f32> {
-    let Place::Middle(node, true) = place else { return None };
+fn settled(cache: &Cache, (emitter, light): (LightGroup<'_>, u32), place: VertexKind) -> Option<f32> {
+    let VertexKind::Middle(node, true) = place else { return None };
     let layer = &cache.layers[light as usize].visibility;
     let corners = cache.corner_vertices(node).map(|v| layer.get(v.0));
     let first = corners[0].fraction();
@@ -258,17 +263,17 @@ fn settled(cache: &Cache, (emitter, light): (Emitter<'_>, u32), place: Place) ->
 
 /// Traces a light for the first time: by `first` points, or those that tell a penumbra; more where others around know it better.
 fn sample(
-    world: &World<'_>,
+    context: &SceneContext<'_>,
     cache: &Cache,
     (id, light): (VertexId, u32),
     [first, penumbra]: [u32; 2],
     out: &mut Results,
 ) {
-    let emitter = world.lights.mesh(light as usize);
+    let emitter = context.lights.group(light as usize);
     if !emitter.is_delta() {
         let around = points_around(cache, id, light);
         let [first, penumbra] = [first.max(around), penumbra.max(around)];
-        let mut round = Tracing::new(world, cache, (id, light), Visibility::default(), out);
+        let mut round = Tracing::new(context, cache, (id, light), Visibility::default(), out);
         round.trace(first.min(emitter.all_points().unwrap_or(u32::MAX)), out);
         if round.is_penumbra() {
             round.trace(in_turns(emitter, penumbra), out);
@@ -276,11 +281,11 @@ fn sample(
         return round.finish(out);
     }
     let vertex = &cache.vertices[id.0];
-    let site = vertex.site();
+    let shading_point = vertex.shading_point();
     let mut visibility = Visibility::default();
-    let visible = world.points(&site, light as usize).sample(world.scene, 0).is_some_and(|arrival| {
+    let visible = context.points(&shading_point, light as usize).sample(context.scene, 0).is_some_and(|arrival| {
         out.rays += 1;
-        world.visible(&site, &arrival)
+        context.visible(&shading_point, &arrival)
     });
     visibility.push(visible);
     out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
@@ -289,7 +294,7 @@ fn sample(
 /// Whether a vertex must be traced (again) where its neighbours see more or less of a light: what it knows was inferred,
 /// or comes from too few points to tell a penumbra.
 #[must_use]
-pub fn is_unconfirmed(light: Emitter<'_>, known: Visibility) -> bool {
+pub fn is_unconfirmed(light: LightGroup<'_>, known: Visibility) -> bool {
     match known.origin {
         Origin::Inferred => true,
         Origin::Sampled => known.points < in_turns(light, PENUMBRA_POINTS),
@@ -298,24 +303,24 @@ pub fn is_unconfirmed(light: Emitter<'_>, known: Visibility) -> bool {
 }
 
 /// Traces a light with enough points for a penumbra.
-fn confirm(world: &World<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
-    let emitter = world.lights.mesh(light as usize);
+fn confirm(context: &SceneContext<'_>, cache: &Cache, (id, light): (VertexId, u32), out: &mut Results) {
+    let emitter = context.lights.group(light as usize);
     if emitter.is_delta() {
-        return sample(world, cache, (id, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
+        return sample(context, cache, (id, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
     }
-    let points = if is_strong(world, cache, (id, light)) { STRONG_POINTS } else { PENUMBRA_POINTS };
+    let points = if is_strong(context, cache, (id, light)) { STRONG_POINTS } else { PENUMBRA_POINTS };
     let known = cache.layers[light as usize].visibility.get(id.0);
-    let mut round = Tracing::new(world, cache, (id, light), known, out);
+    let mut round = Tracing::new(context, cache, (id, light), known, out);
     round.trace(in_turns(emitter, points), out);
     round.finish(out);
 }
 
 /// Traces as many points again of each area light that is partly visible.
-fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
-    for (light, emitter) in (0_u32..).zip(world.lights.meshes()) {
+fn double(context: &SceneContext<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
+    for (light, emitter) in (0_u32..).zip(context.lights.groups()) {
         let known = cache.layers[light as usize].visibility.get(id.0);
-        if world.lights.mesh_is_on(light as usize) && is_doubled(emitter, known) {
-            let mut round = Tracing::new(world, cache, (id, light), known, out);
+        if context.lights.group_is_on(light as usize) && is_doubled(emitter, known) {
+            let mut round = Tracing::new(context, cache, (id, light), known, out);
             round.trace(known.points * 2, out);
             round.finish(out);
         }
@@ -323,7 +328,7 @@ fn double(world: &World<'_>, cache: &Cache, id: VertexId, out: &mut Results) {
 }
 
 /// Whether more points of a light would tell more: in its penumbra, and everywhere if it has no closed form.
-fn is_doubled(light: Emitter<'_>, known: Visibility) -> bool {
+fn is_doubled(light: LightGroup<'_>, known: Visibility) -> bool {
     if light.all_points().is_some() {
         return false;
     }
@@ -335,7 +340,7 @@ fn is_doubled(light: Emitter<'_>, known: Visibility) -> bool {
 
 impl Left {
     /// Takes in what a light that is on leaves to do.
-    pub(super) fn add(&mut self, light: Emitter<'_>, known: Visibility) {
+    pub(super) fn add(&mut self, light: LightGroup<'_>, known: Visibility) {
         // One ray for a delta light, four for an area light: two is near enough for a key.
         self.settle += if known.origin == Origin::Deferred { 2 } else { 0 };
         self.double += if is_doubled(light, known) { known.points } else { 0 };
@@ -345,7 +350,7 @@ impl Left {
 
 /// A round of points of one mesh, of an area light or a group, at one vertex.
 struct Tracing<'a> {
-    world: &'a World<'a>,
+    context: &'a SceneContext<'a>,
     cache: &'a Cache,
     id: VertexId,
     light: u32,
@@ -356,7 +361,7 @@ struct Tracing<'a> {
 
 impl<'a> Tracing<'a> {
     fn new(
-        world: &'a World<'a>,
+        context: &'a SceneContext<'a>,
         cache: &'a Cache,
         (id, light): (VertexId, u32),
         known: Visibility,
@@ -365,21 +370,21 @@ impl<'a> Tracing<'a> {
         let first = out.sums.len();
         out.sums.extend(cache.slots_of(id).map(|slot| (slot, AreaSum::default())));
         let visibility = if known.points == 0 { Visibility::default() } else { known };
-        Self { world, cache, id, light, visibility, first }
+        Self { context, cache, id, light, visibility, first }
     }
 
     /// Adds points until there are `until`.
     fn trace(&mut self, until: u32, out: &mut Results) {
-        let site = self.cache.vertices[self.id.0].site();
-        let points = self.world.points(&site, self.light as usize);
+        let shading_point = self.cache.vertices[self.id.0].shading_point();
+        let points = self.context.points(&shading_point, self.light as usize);
         while self.visibility.points < until {
-            let arrival = points.sample(self.world.scene, self.visibility.points);
+            let arrival = points.sample(self.context.scene, self.visibility.points);
             let lit = arrival
                 .filter(|a| self.cache.slots_of(self.id).any(|s| self.cache.slots[s.0].normal.dot(a.direction) > 0.0));
             // Points that no normal faces carry no weight; as visible ones they do not pretend a penumbra.
             let visible = lit.is_none_or(|a| {
                 out.rays += 1;
-                self.world.visible(&site, &a)
+                self.context.visible(&shading_point, &a)
             });
             self.visibility.push(visible);
             let Some(arrival) = lit else { continue };

@@ -1,13 +1,13 @@
 //! The cache as a whole, and the dynamic mesh: what is drawn, as slots (values at vertices) and leaves (triangles).
 
-use super::above::Above;
+use super::coarse_levels::CoarseLevels;
 use super::indirect::IndirectLayer;
 use super::layer::Layer;
-use super::odds::Odds;
 use super::pool::Pool;
 use super::radiance_grid::RadianceGrid;
 use super::topology::{Node, NodeId, Topology};
 use super::vertex::{Vertex, VertexId, VertexName};
+use super::visibility_prior::VisibilityPrior;
 use super::weld::{Group, Weld};
 use crate::estimate::penumbra::Penumbrae;
 use crate::scene::{FaceId, Scene, TriangleId};
@@ -21,11 +21,11 @@ pub struct SlotId(pub u32);
 
 /// Index of a leaf triangle of the dynamic mesh, recycled when the leaf goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct LeafId(pub u32);
+pub struct DrawnId(pub u32);
 
 /// A leaf triangle: its three vertices in the order of the face's corners (front winding), and the face it lies on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Leaf {
+pub struct DrawnTriangle {
     /// Vertices.
     pub slots: [SlotId; 3],
     /// The face.
@@ -37,7 +37,7 @@ pub struct Leaf {
     pub flat: Option<SlotId>,
 }
 
-impl Leaf {
+impl DrawnTriangle {
     /// Every slot that it is drawn with.
     pub fn all_slots(&self) -> impl Iterator<Item = SlotId> + use<> {
         self.slots.into_iter().chain(self.flat)
@@ -63,15 +63,15 @@ pub struct SlotRecord {
     /// Whether it is meant to mirror: until there are reflections its highlight shows direct light only.
     pub mirror: bool,
     /// Direct light.
-    pub direct: Light,
+    pub direct: Luminance,
     /// Indirect light.
-    pub indirect: Light,
-    /// First use by a leaf, `leaf * 4 + place`, linked through [`LeafRecord::next_use`].
+    pub indirect: Luminance,
+    /// First use by a leaf, `leaf * 4 + place`, linked through [`DrawnRecord::next_use`].
     first_use: Option<u32>,
     /// The slots that it lies between, if any.
     pub between: Option<Between>,
     /// Its place in the order in which slots are predicted: the spacing's number for base vertices, see
-    /// [`super::above`], and [`INSIDE`] for all others.
+    /// [`super::coarse_levels`], and [`INSIDE`] for all others.
     pub rank: u8,
     /// Whether its prediction waits to be brought up to date.
     pub(super) waits: bool,
@@ -92,12 +92,12 @@ pub struct Between {
     /// The slots with their weights, of sum 1.
     pub of: SmallVec<[(SlotId, f32); 3]>,
     /// Whether they are base vertices around a base vertex.
-    pub above: bool,
+    pub coarse: bool,
 }
 
 /// Luminance at a slot from the lights or from everything else.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Light {
+pub struct Luminance {
     /// Diffuse luminance D, W·sr⁻¹·m⁻².
     pub diffuse: Vec3,
     /// Specular luminance S for the present camera, W·sr⁻¹·m⁻².
@@ -109,7 +109,7 @@ pub struct Light {
     /// Whether it is a guess, from before the lights changed or from coarser vertices: to be shown, but not to be computed with.
     pub stale: bool,
     /// Whether it is what coarser base vertices predict.
-    pub above: bool,
+    pub coarse: bool,
 }
 
 impl SlotRecord {
@@ -140,9 +140,9 @@ impl SlotRecord {
 
 /// A leaf with the links of the leaves around its vertices.
 #[derive(Clone, Copy, Debug)]
-pub struct LeafRecord {
+pub struct DrawnRecord {
     /// The triangle.
-    pub leaf: Leaf,
+    pub triangle: DrawnTriangle,
     /// The node that it is part of.
     pub node: NodeId,
     /// The last batch that redrew it.
@@ -157,10 +157,10 @@ pub struct Cache {
     pub vertices: Pool<Vertex>,
     /// The hierarchy.
     pub topology: Topology,
-    /// One static mesh a light or group of lights, in the order of the light meshes.
+    /// One static mesh a light or group of lights, in the order of the light groups.
     pub layers: Vec<Layer>,
     /// How likely places see each of them.
-    pub(super) odds: Odds,
+    pub(super) odds: VisibilityPrior,
     /// How sure points in the lights' penumbrae are.
     pub(super) penumbrae: Penumbrae,
     /// The static mesh of indirect light.
@@ -168,11 +168,11 @@ pub struct Cache {
     /// What gather rays find at their hits.
     pub(super) radiance: RadianceGrid,
     /// The order of base vertices above the geometry.
-    pub(super) above: Above,
+    pub(super) coarse: CoarseLevels,
     /// Drawn vertices.
     pub slots: Pool<SlotRecord>,
     /// Drawn triangles.
-    pub leaves: Pool<LeafRecord>,
+    pub drawn: Pool<DrawnRecord>,
     names: FxHashMap<VertexName, VertexId>,
     roots: FxHashMap<FaceId, NodeId>,
     pub(super) scale: f32,
@@ -188,12 +188,12 @@ pub struct Split {
 }
 
 impl Cache {
-    /// An empty cache for a scene with `lights` light meshes.
+    /// An empty cache for a scene with `lights` light groups.
     #[must_use]
     pub fn new(scene: &Scene, lights: usize) -> Self {
         let scale = scene.scale();
         let radiance = RadianceGrid::new(scene.bounds().map_or(Vec3::ZERO, |(low, _)| low), scene.diagonal());
-        let odds = Odds::new(lights, scale);
+        let odds = VisibilityPrior::new(lights, scale);
         let penumbrae = Penumbrae::new(lights);
         Self { layers: vec![Layer::default(); lights], odds, penumbrae, radiance, scale, ..Self::default() }
     }
@@ -256,8 +256,8 @@ impl Cache {
             normal,
             shininess,
             mirror,
-            direct: Light::default(),
-            indirect: Light::default(),
+            direct: Luminance::default(),
+            indirect: Luminance::default(),
             first_use: None,
             between: None,
             first_between: None,
@@ -295,7 +295,7 @@ impl Cache {
         let look = Look { normal, shininess: a.shininess, mirror: a.mirror };
         let slot = self.slot(vertex, look);
         if self.slots[slot.0].between.is_none() {
-            self.note_between(slot, Between { of: ends.into_iter().map(|end| (end, 0.5)).collect(), above: false });
+            self.note_between(slot, Between { of: ends.into_iter().map(|end| (end, 0.5)).collect(), coarse: false });
         }
         Some(slot)
     }
@@ -307,7 +307,7 @@ impl Cache {
             self.slots[slot.0].next_between.push(previous);
         }
         let record = &mut self.slots[slot.0];
-        if !between.above {
+        if !between.coarse {
             record.rank = INSIDE;
         }
         record.between = Some(between);
@@ -324,7 +324,7 @@ impl Cache {
     }
 
     /// How a node's surface looks inside it.
-    pub(super) fn inner_look(&self, id: NodeId, weights: [f32; 3]) -> Look {
+    pub(super) fn look_inside(&self, id: NodeId, weights: [f32; 3]) -> Look {
         let corners = self.topology.nodes[id.0].corners.map(|slot| &self.slots[slot.0]);
         let [a, ..] = corners;
         let sum: Vec3 = corners.iter().zip(weights).map(|(corner, weight)| corner.normal * weight).sum();
@@ -356,30 +356,30 @@ impl Cache {
     }
 
     /// Adds a drawn triangle of a node, which shows the value of `flat` all over if that is given.
-    pub fn add_leaf(&mut self, slots: [SlotId; 3], flat: Option<SlotId>, node: NodeId) -> LeafId {
+    pub fn add_drawn(&mut self, slots: [SlotId; 3], flat: Option<SlotId>, node: NodeId) -> DrawnId {
         let Node { face, level, .. } = self.topology.nodes[node.0];
-        let leaf = Leaf { slots, face, level, flat };
-        let id = LeafId(self.leaves.insert(LeafRecord { leaf, node, batch: 0, next_use: [None; 4] }));
+        let leaf = DrawnTriangle { slots, face, level, flat };
+        let id = DrawnId(self.drawn.insert(DrawnRecord { triangle: leaf, node, batch: 0, next_use: [None; 4] }));
         for (place, slot) in (0..).zip(leaf.all_slots()) {
             let previous = self.slots[slot.0].first_use.replace(id.0 * 4 + place);
-            self.leaves[id.0].next_use[place as usize] = previous;
+            self.drawn[id.0].next_use[place as usize] = previous;
         }
         id
     }
 
     /// Takes a drawn triangle out of use. Its index must not be recycled before the GPU has drawn what replaces it:
     /// the caller gives it back with [`Pool::remove`] then.
-    pub fn retire_leaf(&mut self, id: LeafId) {
-        let leaf = self.leaves[id.0].leaf;
+    pub fn retire_drawn_triangle(&mut self, id: DrawnId) {
+        let leaf = self.drawn[id.0].triangle;
         for (place, slot) in (0..).zip(leaf.all_slots()) {
-            let (wanted, next) = (id.0 * 4 + place, self.leaves[id.0].next_use[place as usize]);
+            let (wanted, next) = (id.0 * 4 + place, self.drawn[id.0].next_use[place as usize]);
             if self.slots[slot.0].first_use == Some(wanted) {
                 self.slots[slot.0].first_use = next;
                 continue;
             }
             let mut usage = self.slots[slot.0].first_use;
             while let Some(u) = usage {
-                let link = &mut self.leaves[u / 4].next_use[u as usize % 4];
+                let link = &mut self.drawn[u / 4].next_use[u as usize % 4];
                 if *link == Some(wanted) {
                     *link = next;
                     break;
@@ -395,9 +395,9 @@ impl Cache {
     }
 
     /// The drawn triangles that use a slot.
-    pub fn leaves_of(&self, slot: SlotId) -> impl Iterator<Item = LeafId> + '_ {
-        let next = |&usage: &u32| self.leaves[usage / 4].next_use[usage as usize % 4];
-        std::iter::successors(self.slots[slot.0].first_use, next).map(|usage| LeafId(usage / 4))
+    pub fn drawn_with(&self, slot: SlotId) -> impl Iterator<Item = DrawnId> + '_ {
+        let next = |&usage: &u32| self.drawn[usage / 4].next_use[usage as usize % 4];
+        std::iter::successors(self.slots[slot.0].first_use, next).map(|usage| DrawnId(usage / 4))
     }
 
     /// The vertices at a node's corners.
@@ -435,7 +435,7 @@ impl Cache {
             + self.topology.bytes()
             + self.vertices.bytes()
             + self.slots.bytes()
-            + self.leaves.bytes()
+            + self.drawn.bytes()
     }
 
     /// Checks hierarchy, slots and drawn triangles against each other.
@@ -456,9 +456,9 @@ impl Cache {
                 let mut between = std::iter::successors(self.first_between(*other), next);
                 assert!(between.any(|(s, _)| s.0 == i), "slot {i}: listed at those it lies between");
             }
-            for leaf in self.leaves_of(SlotId(i)) {
-                let record = &self.leaves[leaf.0];
-                assert!(record.leaf.all_slots().any(|slot| slot.0 == i), "slot {i}: leaf {leaf:?} uses it");
+            for leaf in self.drawn_with(SlotId(i)) {
+                let record = &self.drawn[leaf.0];
+                assert!(record.triangle.all_slots().any(|slot| slot.0 == i), "slot {i}: leaf {leaf:?} uses it");
                 let drawn = &self.topology.nodes[record.node.0].drawn;
                 assert!(drawn.contains(&leaf), "leaf {leaf:?} is drawn by its node");
             }

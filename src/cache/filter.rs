@@ -2,7 +2,7 @@
 //! neighbours predict, each by what it is worth. The sample's share tends to 1 as its rays grow in number, so that nothing is
 //! smoothed away in the limit.
 
-use super::dynamic::{Cache, Light, SlotId};
+use super::dynamic::{Cache, Luminance, SlotId};
 use super::topology::NodeId;
 use crate::estimate::light_vector::LightVector;
 use crate::estimate::stratification::usual_gain;
@@ -22,7 +22,7 @@ pub type Neighbours = SmallVec<[SlotId; 12]>;
 /// A value, and how uncertain it is.
 #[derive(Clone, Copy, Debug)]
 struct Estimate {
-    light: Light,
+    light: Luminance,
     /// Variance by noise.
     noise: f32,
     /// Expected square error beyond noise.
@@ -31,7 +31,7 @@ struct Estimate {
 
 impl Cache {
     /// A midpoint's light from its own rays and from the ends of its edge.
-    pub(super) fn combined(&self, slot: SlotId, own: Light, predicted: Light) -> Light {
+    pub(super) fn combined(&self, slot: SlotId, own: Luminance, predicted: Luminance) -> Luminance {
         let ends = self.slots[slot.0].between.iter().flat_map(|between| between.of.iter().map(|(end, _)| *end));
         let noise = self.pooled_variance(slot, ends);
         let deviation = luminance(own.diffuse - predicted.diffuse).powi(2);
@@ -42,14 +42,14 @@ impl Cache {
     }
 
     /// A base vertex's light from its own rays and from what coarser ones around it predict, or those of its neighbours.
-    pub(super) fn filtered(&self, slot: SlotId, own: Light) -> Light {
+    pub(super) fn filtered(&self, slot: SlotId, own: Luminance) -> Luminance {
         // The coarsest have only some of those around them to go by.
         let between = self.slots[slot.0].between.as_ref().filter(|_| self.slots[slot.0].rank > 0);
-        if let Some((between, predicted)) = between.and_then(|b| Some((b, self.predicted_above(slot, b)?))) {
+        if let Some((between, predicted)) = between.and_then(|b| Some((b, self.predicted_from_coarse(slot, b)?))) {
             let noise = self.pooled_variance(slot, between.of.iter().map(|(parent, _)| *parent));
             let deviation = luminance(own.diffuse - predicted.light.diffuse).powi(2);
             let measured = deviation - BELIEVED * (noise + predicted.light.variance);
-            let light = Light { specular: own.specular, ..predicted.light };
+            let light = Luminance { specular: own.specular, ..predicted.light };
             let predicted = Estimate { light, noise: light.variance, error: predicted.error.max(measured) };
             return combine(Estimate { light: own, noise, error: 0.0 }, predicted);
         }
@@ -57,7 +57,7 @@ impl Cache {
     }
 
     /// A base vertex's light from its own rays and those of its neighbours.
-    fn smoothed(&self, slot: SlotId, own: Light) -> Light {
+    fn smoothed(&self, slot: SlotId, own: Luminance) -> Luminance {
         let around = self.neighbours(slot);
         let normal = self.slots[slot.0].normal;
         let per_ray = self.pooled_variance(slot, around.iter().copied()) * worth(&self.indirect.sum(slot));
@@ -79,7 +79,7 @@ impl Cache {
         if total == 0.0 {
             return own;
         }
-        let predicted = Light { diffuse: mean / total, ..own };
+        let predicted = Luminance { diffuse: mean / total, ..own };
         let error = (spread / total - BELIEVED * (own_noise + doubt / total)).max(0.0);
         let own = Estimate { light: own, noise: own_noise, error: 0.0 };
         combine(own, Estimate { light: predicted, noise: noise / (total * total), error })
@@ -88,9 +88,9 @@ impl Cache {
     /// Base slots that share a drawn face with a base slot.
     pub(super) fn neighbours(&self, slot: SlotId) -> Neighbours {
         let mut found = Neighbours::new();
-        for leaf in self.leaves_of(slot) {
+        for leaf in self.drawn_with(slot) {
             let up = |id: &NodeId| self.topology.nodes[id.0].parent;
-            let root = std::iter::successors(Some(self.leaves[leaf.0].node), up).last();
+            let root = std::iter::successors(Some(self.drawn[leaf.0].node), up).last();
             let corners = root.into_iter().flat_map(|root| self.topology.nodes[root.0].corners);
             found.extend(corners.filter(|&corner| corner != slot));
         }
@@ -127,15 +127,15 @@ fn worth(sum: &LightVector) -> f32 {
 }
 
 /// Two estimates by the inverse of their square errors.
-fn combine(own: Estimate, predicted: Estimate) -> Light {
+fn combine(own: Estimate, predicted: Estimate) -> Luminance {
     let against = predicted.noise + predicted.error;
     let share = if against + own.noise > 0.0 { against / (against + own.noise) } else { 1.0 };
     let mix = |a: Vec3, b: Vec3| a + (b - a) * share;
-    Light {
+    Luminance {
         diffuse: mix(predicted.light.diffuse, own.light.diffuse),
         specular: mix(predicted.light.specular, own.light.specular),
         variance: own.noise * share,
         known: true,
-        ..Light::default()
+        ..Luminance::default()
     }
 }

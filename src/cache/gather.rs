@@ -12,10 +12,10 @@ use crate::estimate::hemisphere::{self, Method};
 use crate::estimate::light_vector::LightVector;
 use crate::estimate::surface::DiffusePoint;
 use crate::geom::Ray;
+use crate::light::context::SceneContext;
 use crate::math::combine;
 use crate::math::hemisphere::Density;
 use crate::math::sequence::Sequence;
-use crate::shade::world::World;
 use glam::Vec3;
 use smallvec::SmallVec;
 use std::f32::consts::PI;
@@ -51,17 +51,17 @@ pub struct Gathered {
 const INDIRECT: u32 = u32::MAX - 1;
 
 /// Does a job.
-pub fn gather(world: &World<'_>, cache: &Cache, job: GatherJob, out: &mut Gathered) {
-    let site = cache.vertices[job.vertex.0].site();
+pub fn gather(context: &SceneContext<'_>, cache: &Cache, job: GatherJob, out: &mut Gathered) {
+    let shading_point = cache.vertices[job.vertex.0].shading_point();
     let start = out.sums.len();
     out.sums.extend(cache.slots_of(job.vertex).map(|slot| (slot, LightVector::default())));
     let normals: SmallVec<[Vec3; 8]> = out.sums[start..].iter().map(|(slot, _)| cache.slots[slot.0].normal).collect();
-    let sequence = world.sequence(&site, INDIRECT);
+    let sequence = context.sequence(&shading_point, INDIRECT);
     let Gathered { sums, rays, deposits, .. } = out;
     let radiance = |index, direction| {
-        let ray = Ray { origin: site.origin, direction, t_max: f32::INFINITY };
+        let ray = Ray { origin: shading_point.origin, direction, t_max: f32::INFINITY };
         let grid = &cache.radiance;
-        Path { world, grid, sequence: &sequence, index, unread: unread_hits(index) }.radiance(ray, rays, deposits)
+        Path { context, grid, sequence: &sequence, index, unread: unread_hits(index) }.radiance(ray, rays, deposits)
     };
     let indices = job.first..job.first + job.rays;
     hemisphere::gather(job.method, &normals, indices, &sequence, radiance, |sample| {
@@ -75,7 +75,7 @@ pub fn gather(world: &World<'_>, cache: &Cache, job: GatherJob, out: &mut Gather
 
 /// One gather ray and what follows it.
 struct Path<'a> {
-    world: &'a World<'a>,
+    context: &'a SceneContext<'a>,
     grid: &'a RadianceGrid,
     sequence: &'a Sequence,
     index: u32,
@@ -92,7 +92,7 @@ struct Bounce {
     kd: Vec3,
     /// D of the lights, W·sr⁻¹·m⁻².
     direct: Vec3,
-    /// Odds that the path goes on.
+    /// VisibilityPrior that the path goes on.
     odds: f32,
 }
 
@@ -112,7 +112,7 @@ const fn unread_hits(index: u32) -> u32 {
     }
 }
 
-/// Odds of going on are at most this, so that paths end in white rooms, too.
+/// VisibilityPrior of going on are at most this, so that paths end in white rooms, too.
 const GO_ON: f32 = 0.95;
 /// Share of the paths that teach the grid what it could be asked for.
 const TEACHES: f32 = 0.0625;
@@ -144,13 +144,13 @@ impl Path<'_> {
     /// teaches from there on. Its vertex takes the first word that the grid has, its lessons rest on none: else the errors of cells
     /// would go round. (Hits before teach nothing: to take only paths that came to unknown places would be a choice of directions.)
     fn walk(&self, mut ray: Ray, rays: &mut u64, bounces: &mut SmallVec<[Bounce; 8]>) -> Vec3 {
-        let scene = self.world.scene;
+        let scene = self.context.scene;
         let [chance, _] = self.sequence.independent(TEACHING | self.index);
         let mut teaches = chance < TEACHES;
         let mut asks = true;
         for bounce in 0.. {
             *rays += 1;
-            let Some(hit) = self.world.bvh.closest(scene, &ray) else { break };
+            let Some(hit) = self.context.bvh.closest(scene, &ray) else { break };
             let facing = scene.area_vector(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
             let key = self.grid.key(ray.origin + ray.direction * hit.t, facing, hit.t);
             let mut known = None;
@@ -165,7 +165,7 @@ impl Path<'_> {
             }
             let point = DiffusePoint::new(scene, &ray, &hit);
             let [pick, u, v, survive] = self.numbers(bounce, 1);
-            let direct = point.direct(self.world, [pick, u, v], rays) / PI;
+            let direct = point.direct(self.context, [pick, u, v], rays) / PI;
             let odds = point.kd.max_element().min(GO_ON);
             let teaches = teaches.then_some(key);
             bounces.push(Bounce { teaches, known, kd: point.kd, direct, odds: odds.max(f32::MIN_POSITIVE) });

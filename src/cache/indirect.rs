@@ -1,24 +1,24 @@
 //! The static mesh of indirect light: sums of gathered light at its vertices, and what other vertices take over from them
 //! (method 3, 6).
 
-use super::dynamic::{Between, COVERED_WEIGHT, Cache, Light, SlotId};
-use super::earlier::{Earlier, Gathers};
+use super::dynamic::{Between, COVERED_WEIGHT, Cache, Luminance, SlotId};
+use super::previous_lighting::{Gathers, PreviousLighting};
 use super::vertex::VertexId;
 use crate::estimate::light_vector::LightVector;
+use crate::light::lights::Lighting;
 use crate::math::luminance;
-use crate::shade::lights::Lighting;
 use glam::Vec3;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::f32::consts::PI;
 
-/// Light vectors, sparse over vertices and slots.
+/// Luminance vectors, sparse over vertices and slots.
 #[derive(Clone, Debug, Default)]
 pub struct IndirectLayer {
     /// Rays gathered so far, by vertex, and sums over them, by slot: one set of rays serves all normals of a vertex.
     gathers: Gathers,
     /// What was gathered before the lights changed.
-    earlier: Earlier,
+    earlier: PreviousLighting,
     /// Whether what is shown leans on neighbours while rays are few.
     pub filter: bool,
     /// Base slots whose predictions wait to be brought up to date: one coarse vertex predicts hundreds.
@@ -160,29 +160,29 @@ impl Cache {
     }
 
     /// Indirect light of a slot: what it has gathered, what those around it predict, or both by what they are worth.
-    fn indirect_light(&self, slot: SlotId, eye: Vec3) -> Light {
+    fn indirect_light(&self, slot: SlotId, eye: Vec3) -> Luminance {
         let between = self.slots[slot.0].between.as_ref();
-        let predicted = between.map(|between| match between.above {
-            true => self.shown_from_above(slot, between),
+        let predicted = between.map(|between| match between.coarse {
+            true => self.shown_from_coarse(slot, between),
             false => self.predicted(between),
         });
         let predicted = predicted.filter(|light| light.known);
         let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye));
         match (own, predicted) {
-            (Some(own), _) if !self.indirect.filter => Light { variance: self.likely_variance(slot), ..own },
-            (Some(own), Some(predicted)) if predicted.above => self.filtered(slot, own),
+            (Some(own), _) if !self.indirect.filter => Luminance { variance: self.likely_variance(slot), ..own },
+            (Some(own), Some(predicted)) if predicted.coarse => self.filtered(slot, own),
             (Some(own), Some(predicted)) if predicted.stale => own,
             (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
             (Some(own), None) => self.filtered(slot, own),
             // A vertex inside a leaf may not gather again: what is around it has the newer guess.
-            (None, Some(predicted)) if between.is_some_and(Between::is_a_leafs) => predicted,
+            (None, Some(predicted)) if between.is_some_and(Between::is_inside_leaf) => predicted,
             (None, predicted) => self.guessed(slot, eye).or(predicted).unwrap_or_default(),
         }
     }
 
     /// What slots predict for one that lies between them.
-    fn predicted(&self, between: &Between) -> Light {
-        let mut mean = Light::default();
+    fn predicted(&self, between: &Between) -> Luminance {
+        let mut mean = Luminance::default();
         let mut total = 0.0;
         for &(slot, weight) in &between.of {
             let light = self.slots[slot.0].indirect;
@@ -206,25 +206,25 @@ impl Cache {
 
     /// What a slot has gathered itself.
     #[must_use]
-    pub fn gathered(&self, slot: SlotId, eye: Vec3) -> Light {
+    pub fn gathered(&self, slot: SlotId, eye: Vec3) -> Luminance {
         self.light_of(&self.indirect.sum(slot), slot, eye)
     }
 
     /// What a slot gathered before the lights changed, as a guess of what it would now.
-    fn guessed(&self, slot: SlotId, eye: Vec3) -> Option<Light> {
+    fn guessed(&self, slot: SlotId, eye: Vec3) -> Option<Luminance> {
         let light = self.light_of(&self.indirect.earlier.guess(slot)?, slot, eye);
         let doubt = STALE_ERROR * luminance(light.diffuse);
-        Some(Light { variance: light.variance + doubt * doubt, stale: true, ..light })
+        Some(Luminance { variance: light.variance + doubt * doubt, stale: true, ..light })
     }
 
     /// The light that sums at a slot stand for.
-    fn light_of(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> Light {
+    fn light_of(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> Luminance {
         let record = &self.slots[slot.0];
         let to_eye = (eye - self.vertices[record.vertex.0].position).normalize_or(record.normal);
         let specular = record.shininess.filter(|_| !record.mirror);
         let specular = specular.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
         let variance = sum.variance_of_mean() / (PI * PI);
-        Light { diffuse: sum.irradiance() / PI, specular, variance, known: true, ..Light::default() }
+        Luminance { diffuse: sum.irradiance() / PI, specular, variance, known: true, ..Luminance::default() }
     }
 
     /// Weight of a slot's vertex in interpolation.

@@ -2,14 +2,14 @@
 
 use super::dynamic::{Cache, SlotId};
 use super::vertex::{Left, Vertex};
+use crate::bsdf::lobe;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
+use crate::light::context::SceneContext;
+use crate::light::group::LightGroup;
+use crate::light::lights::{AreaSource, ClosedForm, Receiver, Source, delta_arrival};
 use crate::math::luminance;
 use crate::math::sequence::Sequence;
 use crate::scene::light::LightKind;
-use crate::shade::light_mesh::Emitter;
-use crate::shade::lights::{AreaSource, ClosedForm, Receiver, Source, delta_arrival};
-use crate::shade::phong::lobe;
-use crate::shade::world::World;
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -49,11 +49,11 @@ const COLOURLESS: f32 = 1e-3;
 /// Luminance of a slot seen from `eye`, over all lights. Highlights are exact for delta lights; for area lights they are the
 /// unoccluded ones times the visibility of the remembered points, weighted by the lobe (method 2).
 #[must_use]
-pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown {
+pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown {
     let record = &cache.slots[slot.0];
     let vertex = &cache.vertices[record.vertex.0];
-    let place = Place {
-        world,
+    let place = LitSlot {
+        context,
         vertex,
         receiver: Receiver {
             x: vertex.position,
@@ -64,8 +64,8 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
         shines: record.shininess.is_some(),
     };
     let (mut sum, mut left) = (Sum::default(), Left::default());
-    for (light, (emitter, layer)) in world.lights.meshes().zip(&cache.layers).enumerate() {
-        let factor = world.lights.mesh_factor(light);
+    for (light, (emitter, layer)) in context.lights.groups().zip(&cache.layers).enumerate() {
+        let factor = context.lights.group_factor(light);
         if factor == Vec3::ZERO {
             continue;
         }
@@ -75,10 +75,10 @@ pub fn shown(world: &World<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
             let samples = Samples { light, visibility, sum: layer.sums.get(slot.0) };
             let part = match emitter {
-                Emitter::Single(Source::Delta(kind)) => place.delta(kind, visibility.fraction()),
-                Emitter::Single(Source::Area(area)) if visibility.is_unlikely() => place.rough(area, visibility),
-                Emitter::Single(Source::Area(area)) => place.area(area, samples),
-                Emitter::Group(_) => place.group(emitter, samples),
+                LightGroup::Single(Source::Delta(kind)) => place.delta(kind, visibility.fraction()),
+                LightGroup::Single(Source::Area(area)) if visibility.is_unlikely() => place.rough(area, visibility),
+                LightGroup::Single(Source::Area(area)) => place.area(area, samples),
+                LightGroup::Shared(_) => place.group(emitter, samples),
             };
             sum.add(part.times(factor), spread);
         }
@@ -123,9 +123,9 @@ impl Sum {
 }
 
 /// Variance of a light at a slot over the square of what is unoccluded.
-fn spread(emitter: Emitter<'_>, visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
+fn spread(emitter: LightGroup<'_>, visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
     let mut spread = match (visibility.origin, emitter) {
-        (Origin::Sampled, Emitter::Group(_)) => group_variance(emitter, visibility, gain),
+        (Origin::Sampled, LightGroup::Shared(_)) => group_variance(emitter, visibility, gain),
         _ => fraction_variance(visibility, gain),
     };
     if visibility.points > 0 && !emitter.has_closed_form() {
@@ -135,7 +135,7 @@ fn spread(emitter: Emitter<'_>, visibility: Visibility, gain: impl Fn(u32) -> f3
 }
 
 /// Variance of the visible fraction of a group. Where each member has had its turns, only what differs from turn to turn is noise.
-fn group_variance(group: Emitter<'_>, visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
+fn group_variance(group: LightGroup<'_>, visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
     let (count, points) = (group.count(), visibility.points);
     if group.all_points().is_some_and(|all| points >= all) {
         return 0.0;
@@ -164,7 +164,7 @@ fn fraction_variance(visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
     }
 }
 
-/// What a slot knows of a light mesh.
+/// What a slot knows of a light group.
 #[derive(Clone, Copy, Debug, Default)]
 struct Samples {
     light: usize,
@@ -185,8 +185,8 @@ impl Samples {
 }
 
 /// A slot that is being lit.
-struct Place<'a> {
-    world: &'a World<'a>,
+struct LitSlot<'a> {
+    context: &'a SceneContext<'a>,
     vertex: &'a Vertex,
     receiver: Receiver,
     /// Whether its material has highlights.
@@ -203,7 +203,7 @@ enum Appearance<'a> {
     Sampled,
 }
 
-impl Place<'_> {
+impl LitSlot<'_> {
     fn delta(&self, kind: &LightKind, fraction: f32) -> Part {
         let Some(arrival) = delta_arrival(kind, self.receiver.x) else { return Part::default() };
         let Receiver { normal, to_eye, shininess, .. } = self.receiver;
@@ -233,7 +233,7 @@ impl Place<'_> {
     }
 
     /// Light of a group: what its sources send without occlusion, each exactly, times the fraction that they share.
-    fn group(&self, group: Emitter<'_>, samples: Samples) -> Part {
+    fn group(&self, group: LightGroup<'_>, samples: Samples) -> Part {
         let mut all = Part::default();
         for (source, factor) in group.sources().filter(|(_, factor)| *factor != Vec3::ZERO) {
             let part = match source {
@@ -281,7 +281,7 @@ impl Place<'_> {
                 let mean = sum.visible / visibility.points as f32;
                 return (mean, mean / visibility.fraction().max(0.05));
             }
-            Appearance::Sampled => unoccluded_estimate(self.world, source, self.receiver.x, self.receiver.normal),
+            Appearance::Sampled => unoccluded_estimate(self.context, source, self.receiver.x, self.receiver.normal),
         };
         let fraction = visibility.fraction();
         // Where all of it is visible, a few points would have the colours of a few texels.
@@ -294,10 +294,10 @@ impl Place<'_> {
         let receiver = &self.receiver;
         let as_direction = match appearance {
             Appearance::Distant(irradiance) => source.distant_specular(receiver, *irradiance),
-            Appearance::Form(form) => return source.specular_of(self.world.scene, form, receiver, floor),
+            Appearance::Form(form) => return source.specular_of(self.context.scene, form, receiver, floor),
             Appearance::Sampled => None,
         };
-        as_direction.unwrap_or_else(|| source.specular(self.world.scene, receiver, floor))
+        as_direction.unwrap_or_else(|| source.specular(self.context.scene, receiver, floor))
     }
 
     /// Visible share of a highlight: the remembered points weighted by what each adds to it, the plain fraction where none does.
@@ -307,10 +307,10 @@ impl Place<'_> {
             return fraction;
         }
         let Receiver { normal, to_eye, shininess, .. } = self.receiver;
-        let points = self.world.points(&self.vertex.site(), light);
+        let points = self.context.points(&self.vertex.shading_point(), light);
         let (mut seen, mut all) = (0.0, 0.0);
         for (index, visible) in visibility.remembered() {
-            if let Some(a) = points.sample(self.world.scene, index) {
+            if let Some(a) = points.sample(self.context.scene, index) {
                 let cosine = normal.dot(a.direction).max(0.0);
                 let weight = luminance(a.facing) * cosine * lobe(shininess, normal, a.direction, to_eye);
                 all += weight;
@@ -326,11 +326,11 @@ impl Place<'_> {
 const ESTIMATE_POINTS: u32 = 8;
 
 /// Unoccluded irradiance of a source of too many triangles, from a few of its points.
-fn unoccluded_estimate(world: &World<'_>, source: &AreaSource, x: Vec3, normal: Vec3) -> Vec3 {
+fn unoccluded_estimate(context: &SceneContext<'_>, source: &AreaSource, x: Vec3, normal: Vec3) -> Vec3 {
     let (sampler, sequence) = (source.at(x), Sequence::new(0));
     let irradiance = |i| {
         let [u, v, ..] = sequence.point(i);
-        let arrival = sampler.sample(world.scene, [u, v]);
+        let arrival = sampler.sample(context.scene, [u, v]);
         arrival.map_or(Vec3::ZERO, |a| a.facing * normal.dot(a.direction).max(0.0))
     };
     (0..ESTIMATE_POINTS).map(irradiance).sum::<Vec3>() / ESTIMATE_POINTS as f32

@@ -1,6 +1,6 @@
 //! The pixels of a triangle: where the centres of pixels see it.
 
-use super::inner::volumes;
+use super::pixel_vertex::volumes;
 use crate::scene::camera::View;
 use glam::{Vec2, Vec3};
 

@@ -4,7 +4,7 @@
 //! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes within
 //! a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
 
-use super::odds::side;
+use super::visibility_prior::side;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use std::f32::consts::PI;

@@ -4,8 +4,8 @@
 //! Leaves on both sides of an edge stay within one level of each other: a leaf's edge has at most one midpoint that finer
 //! neighbours use, and is drawn through it.
 
-use super::dynamic::{LeafId, SlotId};
-use super::inner::Inner;
+use super::dynamic::{DrawnId, SlotId};
+use super::pixel_vertex::PixelVertex;
 use super::pool::Pool;
 use super::vertex::VertexId;
 use crate::scene::FaceId;
@@ -39,9 +39,9 @@ pub struct Node {
     /// The first of its four children; they are consecutive. A node without is a leaf.
     pub child: Option<NodeId>,
     /// The triangles it is drawn as, if it is a leaf: one, or several through the midpoints on its edges.
-    pub drawn: Vec<LeafId>,
+    pub drawn: Vec<DrawnId>,
     /// The vertex inside it, if it needed one.
-    pub inner: Option<Inner>,
+    pub inner: Option<PixelVertex>,
     /// Refinement's view of it.
     pub work: Work,
     /// Its place in the mesh of indirect light.
@@ -61,8 +61,8 @@ pub struct IndirectNode {
     pub doubt: f32,
     /// Pixels that it covers.
     pub pixels: f32,
-    /// What the reach of each of its corners holds of it.
-    pub reach: f32,
+    /// What the importance of each of its corners holds of it.
+    pub importance: f32,
     /// Raised whenever its key changes.
     pub version: u32,
     /// Key that it waits in the queue with; 0 if it does not.
@@ -78,7 +78,7 @@ impl Default for IndirectNode {
             surplus: f32::INFINITY,
             doubt: f32::INFINITY,
             pixels: 0.0,
-            reach: 0.0,
+            importance: 0.0,
             version: 0,
             queued: 0.0,
             accounted: 0.0,
@@ -104,18 +104,18 @@ pub struct Work {
     pub highlight_share: f32,
     /// Luminance of D in its middle, or in one of its pixels, that rays found other than its corners say; `None` while none were
     /// traced.
-    pub surprise: Option<f32>,
-    /// Share of it that the surprise stands for.
-    pub surprise_share: f32,
+    pub mismatch: Option<f32>,
+    /// Share of it that the mismatch stands for.
+    pub mismatch_share: f32,
     /// Generation of the camera each of whose pixels on it was asked for surprises; 0 if none was.
-    pub audited: u32,
+    pub checked: u32,
     /// How often; 0 if there is no point in asking again.
-    pub audits: u32,
+    pub checks: u32,
     /// Generation of the camera in which it waits for that.
-    pub audit_queued: u32,
-    /// Lights of which its corners did not know the same when it was audited, if that is worth asking again once they do: until then
+    pub check_queued: u32,
+    /// Lights of which its corners did not know the same when it was checked, if that is worth asking again once they do: until then
     /// its children cannot rest on it.
-    pub audit_open: u32,
+    pub check_open: u32,
     /// Generation of the camera that last saw it.
     pub generation: u32,
     /// Raised whenever its key changes: queued entries of older versions are void.
@@ -297,8 +297,8 @@ impl Topology {
     /// The leaf of the mesh of indirect light that a leaf is part of.
     #[must_use]
     pub fn indirect_leaf(&self, leaf: NodeId) -> NodeId {
-        let above = |id: &NodeId| self.nodes[id.0].parent.filter(|p| !self.nodes[p.0].indirect.split);
-        std::iter::successors(Some(leaf), above).last().unwrap_or(leaf)
+        let coarse = |id: &NodeId| self.nodes[id.0].parent.filter(|p| !self.nodes[p.0].indirect.split);
+        std::iter::successors(Some(leaf), coarse).last().unwrap_or(leaf)
     }
 
     /// The leaves of a tree in the mesh of indirect light, depth first.

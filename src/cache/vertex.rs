@@ -2,9 +2,9 @@
 
 use super::dynamic::SlotId;
 use super::weld::Group;
+use crate::light::context::ShadingPoint;
 use crate::math::{combine, mix};
 use crate::scene::Scene;
-use crate::shade::world::Site;
 use glam::Vec3;
 
 /// Index of a vertex in the cache (recyclable; the permanent name is its key).
@@ -36,9 +36,9 @@ pub struct Vertex {
     pub progress: Progress,
     /// Σ pixels × gain / 6 over the leaves of the mesh of indirect light around it: what a unit of variance there costs the
     /// image.
-    pub reach: f32,
+    pub importance: f32,
     /// The same over the leaves around vertices that take its prediction for want of their own samples, by their weights.
-    pub reach_below: f32,
+    pub importance_below: f32,
     /// Raised whenever its indirect light changes.
     pub gathers: u32,
     /// Key that its next round waits in the queue with; 0 if it does not.
@@ -166,8 +166,8 @@ impl Vertex {
             first_slot: None,
             pixels: 0.0,
             progress: Progress::default(),
-            reach: 0.0,
-            reach_below: 0.0,
+            importance: 0.0,
+            importance_below: 0.0,
             gathers: 0,
             queued: 0.0,
         }
@@ -189,9 +189,9 @@ impl Vertex {
 
     /// The place where light is sampled: rays start at its origin.
     #[must_use]
-    pub fn site(&self) -> Site {
+    pub fn shading_point(&self) -> ShadingPoint {
         let origin = self.position + self.inward + self.normal * self.lift;
-        Site { key: self.key, position: self.position, origin, normal: self.normal }
+        ShadingPoint { key: self.key, position: self.position, origin, normal: self.normal }
     }
 }
 

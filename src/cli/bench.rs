@@ -6,9 +6,9 @@ use super::{Outcome, convergence, interrupt, output, scene};
 use crate::bench::{Errors, Figure, Hits, Report, measure};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
+use crate::light::context::SceneContext;
+use crate::light::lights::Lights;
 use crate::scene::camera::ImageSize;
-use crate::shade::lights::Lights;
-use crate::shade::world::World;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -43,9 +43,9 @@ pub fn run(args: &BenchArgs) -> Result<Outcome> {
     let view = scene::view(&loaded.scene, &camera, &scene_args);
     let pool = args.cpu.pool()?;
     let (bvh, lights) = (Bvh::build(&loaded.scene), Lights::new(&loaded.scene));
-    let world = World::new(&loaded.scene, &bvh, &lights, args.cpu.seed, loaded.scene.scale());
+    let context = SceneContext::new(&loaded.scene, &bvh, &lights, args.cpu.seed, loaded.scene.scale());
     let progress = progress(args.cpu.verbosity);
-    let report = measure(&world, &view, &pool, &|what| {
+    let report = measure(&context, &view, &pool, &|what| {
         progress.set_message(what.to_owned());
         progress.tick();
         !interrupt::requested()

@@ -6,10 +6,12 @@ use super::convergence_report::{Document, targets};
 use super::setup::{self, EngineSetup};
 use super::{Outcome, interrupt, output, scene};
 use crate::bench::convergence::{Curve, Point, path_tracer};
-use crate::bench::truth::Truth;
+use crate::bench::reference_pixels::ReferencePixels;
 use crate::error::{Error, Result};
 use crate::image::exr::read_rgb;
 use crate::image::{atomic, flip};
+use crate::light::context::SceneContext;
+use crate::light::lights::Lights;
 use crate::pass::{FrameOptions, Renderer, RendererOptions, UpdateMode};
 use crate::reference::{Filter, Settings, Strategy, Transport};
 use crate::refine::engine::{Counted, Visible};
@@ -17,8 +19,6 @@ use crate::refine::thread::EngineThread;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::Display;
 use crate::scene::load::Loaded;
-use crate::shade::lights::Lights;
-use crate::shade::world::World;
 use glam::Vec3;
 use indicatif::ProgressBar;
 use std::sync::Arc;
@@ -42,7 +42,7 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     args.check()?;
     let reference = read_rgb(&args.reference)?;
     let size = reference.size;
-    let truth = Truth::new(reference).ok_or_else(|| {
+    let reference_pixels = ReferencePixels::new(reference).ok_or_else(|| {
         Error::Usage(format!("{}: no pixel is left to compare, or all are black", args.reference.display()))
     })?;
     let gpu = setup::open_gpu(&args.device, size, RendererOptions::new)?;
@@ -61,18 +61,23 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     let faces = setup::visible_faces(&mut gpu.renderer, &view, 1)?;
     let visible = Visible { generation: GENERATION, eye: view.eye, view: Some(view), faces };
     let progress = super::bench::progress(args.cpu.verbosity);
-    let race = Race { truth: &truth, display: scene.display, limit: args.time.as_secs_f64(), progress: &progress };
+    let race = Race {
+        reference_pixels: &reference_pixels,
+        display: scene.display,
+        limit: args.time.as_secs_f64(),
+        progress: &progress,
+    };
     let Some(curve) = race.run(&mut gpu.renderer, engine, visible)? else { return Ok(Outcome::Interrupted) };
     // The device's threads must not run beside the path tracer.
     drop(gpu);
     let (lights, pool) = (Lights::new(&scene), args.cpu.pool()?);
-    let world = World::new(&scene, &bvh, &lights, args.cpu.seed, scene.scale());
+    let context = SceneContext::new(&scene, &bvh, &lights, args.cpu.seed, scene.scale());
     let enough = targets().fold(f64::INFINITY, f64::min);
     let step = |what: &str| say(&progress, what);
-    let tracer = path_tracer(&world, &view, settings(args), &truth, &pool, (enough, race.limit), &step);
+    let tracer = path_tracer(&context, &view, settings(args), &reference_pixels, &pool, (enough, race.limit), &step);
     progress.finish_and_clear();
     let Some(tracer) = tracer else { return Ok(Outcome::Interrupted) };
-    let document = Document::new(args, &scene, &device, &truth, curve, tracer);
+    let document = Document::new(args, &scene, &device, &reference_pixels, curve, tracer);
     if let Some(path) = &args.plot {
         atomic::write(path, |file| std::io::Write::write_all(file, document.plot().as_bytes()))?;
     }
@@ -111,7 +116,7 @@ fn say(progress: &ProgressBar, what: &str) -> bool {
 /// The engine against a reference. Batches of fixed work, frames between them: nothing runs beside the engine, so that its CPU time is
 /// its own, and the same seed gives the same images.
 struct Race<'a> {
-    truth: &'a Truth,
+    reference_pixels: &'a ReferencePixels,
     display: Display,
     /// CPU seconds.
     limit: f64,
@@ -121,11 +126,11 @@ struct Race<'a> {
 impl Race<'_> {
     /// Errors over CPU time until the limit, or until nothing is left to do; `None` if it was broken off.
     fn run(&self, renderer: &mut Renderer, engine: EngineThread, visible: Visible) -> Result<Option<Curve>> {
-        let image = self.truth.image();
+        let image = self.reference_pixels.image();
         let reference = image.sampled.is_none().then(|| flip::displayed(&image.rgb, &self.display));
         let mut points: Vec<Point> = Vec::new();
         engine.set_visible(visible);
-        renderer.reset_leaves();
+        renderer.reset_drawn();
         let (mut stats, mut due, mut first) = (EngineStats::default(), 0.0, true);
         let mut updates = vec![update(&engine)?];
         loop {
@@ -165,7 +170,7 @@ impl Race<'_> {
             update_mode: UpdateMode::Stencil,
             queries: 0,
         })?;
-        let pixels = Some(renderer.leaf_counts()?.leaves);
+        let pixels = Some(renderer.drawn_counts()?.drawn_triangles);
         let sequence = renderer.drawn_sequence();
         engine.counted(Counted { generation: GENERATION, sequence, pixels, complete: true });
         Ok(())
@@ -174,10 +179,16 @@ impl Race<'_> {
     fn point(&self, renderer: &mut Renderer, stats: &EngineStats, reference: Option<&[[u8; 3]]>) -> Result<Point> {
         let image: Vec<Vec3> =
             renderer.read_layers()?.combined.iter().map(|&[r, g, b, _]| Vec3::new(r, g, b)).collect();
-        let error = self.truth.error(&image).ok_or_else(|| Error::Usage("no pixel is left to compare".to_owned()))?;
+        let error = self
+            .reference_pixels
+            .error(&image)
+            .ok_or_else(|| Error::Usage("no pixel is left to compare".to_owned()))?;
         let flip = reference.and_then(|reference| {
             let displayed = flip::displayed(&image, &self.display);
-            flip::mean(&flip::error_map(&displayed, reference, self.truth.image().size), Some(self.truth.counts()))
+            flip::mean(
+                &flip::error_map(&displayed, reference, self.reference_pixels.image().size),
+                Some(self.reference_pixels.counts()),
+            )
         });
         Ok(Point {
             cpu_seconds: stats.cpu_seconds,

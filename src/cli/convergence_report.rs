@@ -4,7 +4,7 @@ use super::args::bench::ConvergenceArgs;
 use super::args::thread_count;
 use crate::bench::convergence::{Curve, PathTracer, Point};
 use crate::bench::plot::{Line, log_log};
-use crate::bench::truth::Truth;
+use crate::bench::reference_pixels::ReferencePixels;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use serde::Serialize;
@@ -65,11 +65,11 @@ impl Document {
         args: &ConvergenceArgs,
         scene: &Scene,
         device: &str,
-        truth: &Truth,
+        reference_pixels: &ReferencePixels,
         engine: Curve,
         path_tracer: PathTracer,
     ) -> Self {
-        let own_relmse = truth.own_relmse();
+        let own_relmse = reference_pixels.own_relmse();
         let target = |relmse: f64| {
             let (ours, theirs) = (engine.reaches(relmse), path_tracer.reaches(relmse));
             Target {
@@ -84,13 +84,13 @@ impl Document {
         Self {
             scene: args.scene.display().to_string(),
             reference: args.reference.display().to_string(),
-            size: [truth.image().size.width, truth.image().size.height],
+            size: [reference_pixels.image().size.width, reference_pixels.image().size.height],
             triangles: scene.triangles.len(),
             device: device.to_owned(),
             threads: thread_count(args.cpu.threads),
             seed: args.cpu.seed,
             filtered: args.filtered,
-            compared: truth.counted(),
+            compared: reference_pixels.counted(),
             own_relmse,
             targets: TARGETS.into_iter().map(target).collect(),
             engine,

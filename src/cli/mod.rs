@@ -7,6 +7,7 @@ pub mod compare;
 pub mod convergence;
 pub mod convergence_report;
 pub mod diff;
+pub mod error_meter;
 pub mod info;
 pub mod interrupt;
 pub mod output;
@@ -23,7 +24,6 @@ pub mod stills;
 mod tilts;
 mod values;
 pub mod verdict;
-pub mod yardstick;
 
 use crate::error::Result;
 use crate::image::atomic;

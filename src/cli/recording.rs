@@ -68,7 +68,7 @@ impl Studio<'_> {
             first.stats = update.stats;
         }
         let mut updates = vec![engine.set_visible(&seen(2))];
-        renderer.reset_leaves();
+        renderer.reset_drawn();
         self.show(renderer, &mut engine, &updates[0])?;
         for _ in 0..self.args.recording.updates {
             if interrupt::requested() || engine.is_idle() {
@@ -87,7 +87,7 @@ impl Studio<'_> {
         renderer.apply(update)?;
         let update_mode = UpdateMode::Full;
         renderer.frame(&FrameOptions { full_luminance: true, update_mode, ..FrameOptions::default() })?;
-        let (sequence, pixels) = (renderer.drawn_sequence(), Some(renderer.leaf_counts()?.leaves));
+        let (sequence, pixels) = (renderer.drawn_sequence(), Some(renderer.drawn_counts()?.drawn_triangles));
         engine.counted(&Counted { generation: update.generation, sequence, pixels, complete: true });
         Ok(())
     }

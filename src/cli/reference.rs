@@ -5,11 +5,11 @@ use super::{Outcome, interrupt, output, scene};
 use crate::error::Result;
 use crate::geom::bvh::Bvh;
 use crate::image::exr::{Provenance, ReferenceLayers, write_reference};
+use crate::light::context::SceneContext;
+use crate::light::lights::Lights;
 use crate::reference::{Accumulator, Filter, Settings, Strategy, Transport, random_pixels};
 use crate::scene::Scene;
 use crate::scene::camera::View;
-use crate::shade::lights::Lights;
-use crate::shade::world::World;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::time::{Duration, Instant};
 
@@ -33,7 +33,7 @@ pub fn run(args: &ReferenceArgs) -> Result<Outcome> {
 fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
     let bvh = Bvh::build(scene);
     let lights = Lights::new(scene);
-    let world = World::new(scene, &bvh, &lights, args.cpu.seed, scene.scale());
+    let context = SceneContext::new(scene, &bvh, &lights, args.cpu.seed, scene.scale());
     let settings = settings(args);
     let mut accumulator = match args.pixels {
         Some(count) => Accumulator::over(view, random_pixels(view.size, count as usize)),
@@ -45,7 +45,7 @@ fn accumulate(args: &ReferenceArgs, scene: &Scene, view: &View) -> Accumulator {
     let in_time = |start: Instant| args.time.is_none_or(|limit| start.elapsed() < limit);
     // At least one pass whatever the clock, so that there is an image.
     while accumulator.samples() < args.max_spp() && (accumulator.samples() == 0 || in_time(start)) {
-        let pass = accumulator.pass(&world, view, settings, interrupt::requested);
+        let pass = accumulator.pass(&context, view, settings, interrupt::requested);
         if !pass.finished {
             break;
         }

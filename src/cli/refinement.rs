@@ -3,9 +3,9 @@
 use super::args::CompareArgs;
 use super::setup::{SHADOW_AREA, SHADOW_PIXELS, TOLERANCE};
 use crate::estimate::hemisphere::Method;
+use crate::light::lights::MAX_LIGHT_GROUPS;
 use crate::refine::options::{Options, Priority};
 use crate::scene::Scene;
-use crate::shade::lights::MAX_LIGHT_MESHES;
 
 /// The options of `compare`: those of `render` by default.
 #[must_use]
@@ -15,7 +15,7 @@ pub fn options_of_compare(args: &CompareArgs, scene: &Scene) -> Options {
         indirect: !args.recording.direct_only,
         filter: true,
         hemisphere: Method::Stratified,
-        max_light_meshes: MAX_LIGHT_MESHES,
+        max_light_groups: MAX_LIGHT_GROUPS,
         priority: Priority::Error,
         min_pixels: 3.0,
         counted: true,

@@ -1,12 +1,12 @@
 //! `penombre render`: set up in parallel, run the frame loop, write the images.
 
 use super::args::{PixelCounts, RenderArgs, thread_count};
+use super::error_meter::ErrorMeter;
 use super::pictures::{Picture, Pictures};
 use super::progress::Progress;
 use super::session::{Ended, Session};
 use super::setup::{self, EngineSetup};
 use super::stills::{Shot, Still};
-use super::yardstick::Yardstick;
 use super::{Outcome, interrupt, output, scene, stills};
 use crate::error::{Error, Result};
 use crate::image::exr::{RgbImage, read_rgb};
@@ -47,7 +47,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     gpu.renderer.resize(args.scene.size)?;
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
     let engine = engine_setup(args, display).start(&scene, || hierarchy.finish())?;
-    let reference = reference.map(|image| Yardstick::new(image, display));
+    let reference = reference.map(|image| ErrorMeter::new(image, display));
     if let Some(reference) = reference.as_ref().filter(|_| !args.verbosity.quiet) {
         output::report(&reference.describe());
     }

@@ -1,10 +1,10 @@
 //! The frame loop of a headless run: updates in, frames out, a log row each, until a budget is spent.
 
 use super::args::{BudgetArgs, PixelCounts, RenderArgs};
+use super::error_meter::ErrorMeter;
 use super::interrupt;
 use super::pictures::Picture;
 use super::progress::Progress;
-use super::yardstick::Yardstick;
 use crate::error::{Error, Result};
 use crate::log::frame_log::{FrameLog, FrameRecord, PassRecord};
 use crate::pass::{FrameOptions, FrameStats, Renderer};
@@ -38,7 +38,7 @@ pub struct Session<'a> {
     /// How images are displayed.
     pub display: Display,
     /// Reference of the same view, for the error columns.
-    pub reference: Option<Yardstick>,
+    pub reference: Option<ErrorMeter>,
     /// Progress line.
     pub progress: Progress,
     /// When the process started.
@@ -79,7 +79,7 @@ pub struct Run {
     frames: u64,
     stats: EngineStats,
     generation: Option<u32>,
-    /// Whether anything was drawn since leaves were last counted.
+    /// Whether anything was drawn since drawn triangles were last counted.
     uncounted: bool,
     /// Counts that the engine has not heard of yet.
     counted: VecDeque<Counted>,
@@ -152,7 +152,7 @@ impl Session<'_> {
         for update in updates {
             if run.generation != Some(update.generation) {
                 run.generation = Some(update.generation);
-                self.renderer.reset_leaves();
+                self.renderer.reset_drawn();
                 moved = true;
             }
             run.stats = update.stats;
@@ -167,12 +167,12 @@ impl Session<'_> {
 
     /// Keeps what the `level` layer of the written image says of each triangle.
     fn note_levels(&mut self, update: &Update) {
-        for (id, leaf) in &update.leaves {
+        for (id, drawn) in &update.drawn_triangles {
             let index = id.0 as usize;
             if index >= self.levels.len() {
                 self.levels.resize(index + 1, 0);
             }
-            self.levels[index] = leaf.level;
+            self.levels[index] = drawn.level;
         }
     }
 
@@ -262,7 +262,7 @@ impl Session<'_> {
         if inexact && asked == PixelCounts::Query { PixelCounts::Histogram } else { asked }
     }
 
-    /// Tells the engine what was drawn, with the pixels of the leaves: all of them with each picture, or those that queries
+    /// Tells the engine what was drawn, with the pixels of the drawn triangles: all of them with each picture, or those that queries
     /// counted.
     fn count(&mut self, run: &mut Run, combined: bool) -> Result<()> {
         let Some(generation) = run.generation else { return Ok(()) };
@@ -270,7 +270,7 @@ impl Session<'_> {
         let pixels = match self.pixel_counts() {
             PixelCounts::Histogram if run.uncounted && (combined || deterministic) => {
                 run.uncounted = false;
-                Some(self.renderer.leaf_counts()?.leaves)
+                Some(self.renderer.drawn_counts()?.drawn_triangles)
             }
             PixelCounts::Query => Some(self.renderer.query_counts().to_vec()),
             PixelCounts::Atomic => Some(self.renderer.atomic_counts().to_vec()),
@@ -372,7 +372,7 @@ fn pass_record(passes: &FrameStats) -> PassRecord {
         combine: time(passes.combine_ms),
         readback: time(passes.readback_ms),
         dirty_parents: Some(passes.patches.into()),
-        children_drawn: Some(passes.leaves_drawn.into()),
+        children_drawn: Some(passes.triangles_drawn.into()),
         queries: Some(passes.queries.into()),
         query_pixels: Some(passes.query_pixels),
     }

@@ -149,7 +149,7 @@ impl EngineSetup {
             filter,
             counted,
             hemisphere: refinement.hemisphere,
-            max_light_meshes: refinement.max_light_meshes as usize,
+            max_light_groups: refinement.max_light_groups as usize,
             priority: refinement.priority,
             min_pixels: refinement.min_pixels,
             contrast: refinement.contrast,

@@ -1,4 +1,4 @@
-//! The images that a run leaves behind.
+//! The images that a run drawn triangles behind.
 
 use super::black_picture::Shown;
 use crate::error::{Error, Result};
@@ -95,16 +95,16 @@ impl Still<'_> {
     }
 
     /// Splits above the triangle of id − 1; 0 where nothing is drawn.
-    fn level_of(&self, leaf_id: u32) -> u32 {
-        let level = leaf_id.checked_sub(1).and_then(|leaf| self.shot.levels.get(leaf as usize));
+    fn level_of(&self, drawn_id: u32) -> u32 {
+        let level = drawn_id.checked_sub(1).and_then(|drawn| self.shot.levels.get(drawn as usize));
         level.map_or(0, |&level| level.into())
     }
 
     fn write_exr(&self, path: &Path, comments: &str) -> Result<Option<String>> {
         let vectors = |pixels: &[[f32; 3]]| pixels.iter().copied().map(Vec3::from_array).collect::<Vec<Vec3>>();
-        let Layers { kd, ks, d, s, le, face_id, leaf_id, .. } = &self.layers;
+        let Layers { kd, ks, d, s, le, face_id, drawn_id, .. } = &self.layers;
         let [kd, ks, diffuse, specular, emitted] = [kd, ks, d, s, le].map(|layer| vectors(layer));
-        let level: Vec<u32> = leaf_id.iter().map(|&id| self.level_of(id)).collect();
+        let level: Vec<u32> = drawn_id.iter().map(|&id| self.level_of(id)).collect();
         let layers = RenderLayers {
             size: self.shot.view.size,
             combined: &self.combined,

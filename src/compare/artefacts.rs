@@ -1,8 +1,8 @@
-//! What a mode leaves behind, counted pixel by pixel against a full redraw of the same state (method.md 7).
+//! What a mode drawn triangles behind, counted pixel by pixel against a full redraw of the same state (method.md 7).
 
 use super::mesh::Mesh;
 use crate::pass::LuminanceLayers;
-use crate::refine::update::LeafId;
+use crate::refine::update::DrawnId;
 use glam::Vec3;
 
 /// Relative difference of luminance from which an error counts as visible.
@@ -34,7 +34,7 @@ impl Surface {
 #[derive(Clone, Debug, Default)]
 pub struct Truth {
     /// Triangle id + 1; 0 where none covers the pixel.
-    pub leaf_id: Vec<u32>,
+    pub drawn_id: Vec<u32>,
     /// Radiance.
     pub radiance: Vec<Vec3>,
 }
@@ -142,7 +142,7 @@ pub fn compare(surface: &Surface, mesh: &Mesh, truth: &Truth, masks: &[u32], sho
     for pixel in (0..masks.len()).filter(|&pixel| surface.face_id[pixel] != 0) {
         counts.visible += 1;
         events(surface, mesh, masks, shown, pixel, &mut counts);
-        counts.stale += u64::from(is_stale(mesh, shown.light.leaf_id[pixel]));
+        counts.stale += u64::from(is_stale(mesh, shown.light.drawn_id[pixel]));
         errors(surface, mesh, truth, shown.light, pixel, &mut counts);
     }
     counts
@@ -150,18 +150,18 @@ pub fn compare(surface: &Surface, mesh: &Mesh, truth: &Truth, masks: &[u32], sho
 
 /// Whether a pixel shows a triangle that is no longer part of the mesh.
 fn is_stale(mesh: &Mesh, id: u32) -> bool {
-    id.checked_sub(1).is_some_and(|leaf| !mesh.is_drawn(LeafId(leaf)))
+    id.checked_sub(1).is_some_and(|drawn| !mesh.is_drawn(DrawnId(drawn)))
 }
 
 /// Face of the triangle of an id, both plus 1.
 fn face_of(mesh: &Mesh, id: u32) -> Option<u32> {
-    id.checked_sub(1).and_then(|leaf| mesh.face(LeafId(leaf))).map(|face| face.0 + 1)
+    id.checked_sub(1).and_then(|drawn| mesh.face(DrawnId(drawn))).map(|face| face.0 + 1)
 }
 
 /// Whether a pixel shows a face that does not belong there: not the one that is visible, nor, where the mode goes by depth, the one
 /// that the full redraw shows. (At silhouettes those two may differ; either is right.)
 fn is_foreign(mesh: &Mesh, shown: &Shown<'_>, (visible, true_face): (u32, Option<u32>), pixel: usize) -> bool {
-    let face = face_of(mesh, shown.light.leaf_id[pixel]);
+    let face = face_of(mesh, shown.light.drawn_id[pixel]);
     face.is_some() && face != Some(visible) && (shown.goes_by_face || (true_face.is_some() && face != true_face))
 }
 
@@ -169,7 +169,7 @@ fn is_foreign(mesh: &Mesh, shown: &Shown<'_>, (visible, true_face): (u32, Option
 fn events(surface: &Surface, mesh: &Mesh, masks: &[u32], shown: &Shown<'_>, pixel: usize, counts: &mut Counts) {
     let visible = surface.face_id[pixel];
     let true_face = face_of(mesh, masks[pixel]);
-    let to_update = true_face == Some(visible) && mesh.changed_after(LeafId(masks[pixel] - 1), shown.since);
+    let to_update = true_face == Some(visible) && mesh.changed_after(DrawnId(masks[pixel] - 1), shown.since);
     let written = shown.written[pixel] > 0;
     let foreign = written && is_foreign(mesh, shown, (visible, true_face), pixel);
     counts.updated += u64::from(to_update);
@@ -196,7 +196,7 @@ pub enum Mark {
 #[must_use]
 pub fn marks(surface: &Surface, mesh: &Mesh, truth: &Truth, masks: &[u32], shown: &Shown<'_>) -> Vec<Mark> {
     let mark = |pixel: usize| {
-        let (visible, id) = (surface.face_id[pixel], shown.light.leaf_id[pixel]);
+        let (visible, id) = (surface.face_id[pixel], shown.light.drawn_id[pixel]);
         let true_face = face_of(mesh, masks[pixel]);
         let mut counts = Counts::ZERO;
         errors(surface, mesh, truth, shown.light, pixel, &mut counts);
@@ -213,7 +213,7 @@ pub fn marks(surface: &Surface, mesh: &Mesh, truth: &Truth, masks: &[u32], shown
 
 /// Compares the radiance of a pixel where the full redraw shows the face that is visible.
 fn errors(surface: &Surface, mesh: &Mesh, truth: &Truth, light: &LuminanceLayers, pixel: usize, counts: &mut Counts) {
-    if face_of(mesh, truth.leaf_id[pixel]) != Some(surface.face_id[pixel]) {
+    if face_of(mesh, truth.drawn_id[pixel]) != Some(surface.face_id[pixel]) {
         counts.unmeasured += 1;
         return;
     }
@@ -230,24 +230,25 @@ fn errors(surface: &Surface, mesh: &Mesh, truth: &Truth, light: &LuminanceLayers
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::refine::update::{Leaf, Patch, SlotId, Update};
+    use crate::refine::update::{DrawnTriangle, Patch, SlotId, Update};
     use crate::scene::FaceId;
 
-    /// Face 0 drawn with leaf 0, then split into leaves 2 and 3; face 1 with leaf 1 throughout.
+    /// Face 0 drawn with drawn triangle 0, then split into drawn triangles 2 and 3; face 1 with drawn triangle 1 throughout.
     fn mesh() -> Mesh {
         let mut mesh = Mesh::default();
-        let leaf = |id, face| (LeafId(id), Leaf { slots: [SlotId(0); 3], face: FaceId(face), level: 0, flat: None });
+        let drawn =
+            |id, face| (DrawnId(id), DrawnTriangle { slots: [SlotId(0); 3], face: FaceId(face), level: 0, flat: None });
         let patch = |face, old, new| Patch { face: FaceId(face), old, new };
         mesh.apply(&Update {
-            leaves: vec![leaf(0, 0), leaf(1, 1)],
+            drawn_triangles: vec![drawn(0, 0), drawn(1, 1)],
             patches: vec![patch(0, 0..0, 0..1), patch(1, 1..1, 1..2)],
-            patch_leaves: vec![LeafId(0), LeafId(1)],
+            patch_triangles: vec![DrawnId(0), DrawnId(1)],
             ..Update::default()
         });
         mesh.apply(&Update {
-            leaves: vec![leaf(2, 0), leaf(3, 0)],
+            drawn_triangles: vec![drawn(2, 0), drawn(3, 0)],
             patches: vec![patch(0, 0..1, 1..3)],
-            patch_leaves: vec![LeafId(0), LeafId(2), LeafId(3)],
+            patch_triangles: vec![DrawnId(0), DrawnId(2), DrawnId(3)],
             ..Update::default()
         });
         mesh
@@ -267,44 +268,44 @@ mod tests {
             d: d([1.0, 3.0, 1.0, 1.0, 2.0, 0.0]),
             s: d([9.0; 6]),
             writes: Vec::new(),
-            leaf_id: vec![3, 1, 4, 4, 2, 0],
+            drawn_id: vec![3, 1, 4, 4, 2, 0],
         };
         let truth = Truth {
-            leaf_id: vec![3, 4, 4, 2, 2, 0],
+            drawn_id: vec![3, 4, 4, 2, 2, 0],
             radiance: [1.5, 1.5, 1.5, 2.5, 2.5, 0.0].map(Vec3::splat).to_vec(),
         };
         let doubled = [false, false, true, false, false, false];
         let mut shown =
             Shown { light: &light, written: &[1, 0, 2, 1, 0, 0], doubled: &doubled, goes_by_face: false, since: 1 };
-        let counts = compare(&surface, &mesh(), &truth, &truth.leaf_id, &shown);
+        let counts = compare(&surface, &mesh(), &truth, &truth.drawn_id, &shown);
         assert_eq!((counts.visible, counts.updated, counts.missed), (5, 3, 1));
         assert_eq!((counts.foreign, counts.double, counts.stale), (1, 1, 1));
         assert_eq!((counts.wrong, counts.close, counts.unmeasured), (2, 3, 0));
         assert!((counts.max_error - 2.0).abs() < 1e-6 && (counts.mean_error() - 3.0 / 5.0).abs() < 1e-6);
         assert!((counts.relative_error() - 3.0 / 9.5).abs() < 1e-6);
         use Mark::{Foreign, Nothing, Stale};
-        let marked = marks(&surface, &mesh(), &truth, &truth.leaf_id, &shown);
+        let marked = marks(&surface, &mesh(), &truth, &truth.drawn_id, &shown);
         assert_eq!(marked, [Nothing, Stale, Nothing, Foreign, Nothing, Nothing]);
         // Nothing changed since the last update.
         shown.since = 2;
-        assert_eq!(compare(&surface, &mesh(), &truth, &truth.leaf_id, &shown).updated, 0);
+        assert_eq!(compare(&surface, &mesh(), &truth, &truth.drawn_id, &shown).updated, 0);
     }
 
     #[test]
     fn where_the_full_redraw_and_the_visible_face_differ_either_is_right() {
         let surface = Surface { face_id: vec![2], kd: vec![[1.0; 3]], ks: vec![[0.0; 3]], emitted: vec![[0.0; 3]] };
-        let light = LuminanceLayers { d: vec![[5.0; 3]], s: vec![[0.0; 3]], writes: vec![1], leaf_id: vec![2] };
-        let truth = Truth { leaf_id: vec![3], radiance: vec![Vec3::ONE] };
+        let light = LuminanceLayers { d: vec![[5.0; 3]], s: vec![[0.0; 3]], writes: vec![1], drawn_id: vec![2] };
+        let truth = Truth { drawn_id: vec![3], radiance: vec![Vec3::ONE] };
         let mut shown = Shown { light: &light, written: &[1], doubled: &[false], goes_by_face: true, since: 0 };
-        let by_face = compare(&surface, &mesh(), &truth, &truth.leaf_id, &shown);
+        let by_face = compare(&surface, &mesh(), &truth, &truth.drawn_id, &shown);
         assert_eq!((by_face.foreign, by_face.unmeasured, by_face.wrong), (0, 1, 0));
         shown.goes_by_face = false;
-        assert_eq!(compare(&surface, &mesh(), &truth, &truth.leaf_id, &shown).foreign, 0);
+        assert_eq!(compare(&surface, &mesh(), &truth, &truth.drawn_id, &shown).foreign, 0);
         // The full redraw's own face, which is not the visible one.
-        let light = LuminanceLayers { leaf_id: vec![4], ..light.clone() };
+        let light = LuminanceLayers { drawn_id: vec![4], ..light.clone() };
         let mut shown = Shown { light: &light, ..shown };
-        assert_eq!(compare(&surface, &mesh(), &truth, &truth.leaf_id, &shown).foreign, 0);
+        assert_eq!(compare(&surface, &mesh(), &truth, &truth.drawn_id, &shown).foreign, 0);
         shown.goes_by_face = true;
-        assert_eq!(compare(&surface, &mesh(), &truth, &truth.leaf_id, &shown).foreign, 1);
+        assert_eq!(compare(&surface, &mesh(), &truth, &truth.drawn_id, &shown).foreign, 1);
     }
 }

@@ -1,9 +1,9 @@
-//! What an update costs by the number of its patches: the same leaves split in four, in each mode, in turns.
+//! What an update costs by the number of its patches: the same drawn triangles split in four, in each mode, in turns.
 
 use super::mesh::Mesh;
 use crate::error::Result;
 use crate::pass::{FrameOptions, Renderer, UpdateMode};
-use crate::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
+use crate::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use crate::scene::Scene;
 use glam::Vec3;
 use serde::Serialize;
@@ -28,7 +28,7 @@ pub struct Cost {
     pub frames: u32,
 }
 
-/// A split of some leaves into four, and its undoing.
+/// A split of some drawn triangles into four, and its undoing.
 struct Split {
     /// What is drawn before.
     base: Update,
@@ -49,7 +49,7 @@ pub fn measure(
     stop: &dyn Fn() -> bool,
 ) -> Result<Vec<Cost>> {
     let Some(split) = Split::new(scene, mesh, patches) else { return Ok(Vec::new()) };
-    renderer.reset_leaves();
+    renderer.reset_drawn();
     renderer.apply(&split.base)?;
     let mut samples: Vec<Vec<Cost>> = vec![Vec::new(); modes.len()];
     // The first run fills caches, and buffers grow.
@@ -83,37 +83,39 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 }
 
 impl Split {
-    /// Splits `patches` leaves, evenly spread over the mesh; all of them are split first as often as it takes to have so many.
-    /// Leaves that are parts of a node, beside finer ones, are left alone. `None` for an empty mesh.
+    /// Splits `patches` drawn triangles, evenly spread over the mesh; all of them are split first as often as it takes to have so many.
+    /// Drawn triangles that are parts of a node, beside finer ones, are left alone. `None` for an empty mesh.
     fn new(scene: &Scene, mesh: &Mesh, patches: usize) -> Option<Self> {
-        let leaves = mesh.drawn().map(|(_, leaf, corners)| (Leaf { flat: None, ..leaf }, corners));
-        let (mut leaves, parts): (Vec<_>, Vec<_>) = leaves.partition(|(leaf, corners)| is_whole(scene, leaf, corners));
-        if leaves.is_empty() {
+        let drawn_triangles = mesh.drawn().map(|(_, drawn, corners)| (DrawnTriangle { flat: None, ..drawn }, corners));
+        let (mut drawn_triangles, parts): (Vec<_>, Vec<_>) =
+            drawn_triangles.partition(|(drawn, corners)| is_whole(scene, drawn, corners));
+        if drawn_triangles.is_empty() {
             return None;
         }
-        while leaves.len() < patches {
-            leaves = leaves.iter().flat_map(|&(leaf, corners)| quarters(leaf, corners)).collect();
+        while drawn_triangles.len() < patches {
+            drawn_triangles = drawn_triangles.iter().flat_map(|&(drawn, corners)| quarters(drawn, corners)).collect();
         }
-        let whole = leaves.len();
+        let whole = drawn_triangles.len();
         let chosen = |i: usize| i < whole && (i + 1) * patches / whole > i * patches / whole;
-        leaves.extend(parts);
+        drawn_triangles.extend(parts);
         let mut this = Self { base: Update::default(), split: Update::default(), merge: Update::default() };
         let mut ids = mesh.free_ids();
-        let mut new_leaf = |update: &mut Update, leaf: Leaf, corners: [Slot; 3]| {
+        let mut new_drawn = |update: &mut Update, drawn: DrawnTriangle, corners: [Slot; 3]| {
             let slots = [0, 1, 2].map(|k| SlotId(ids.0.0 + k));
             let id = ids.1;
-            ids = (SlotId(ids.0.0 + 3), LeafId(id.0 + 1));
+            ids = (SlotId(ids.0.0 + 3), DrawnId(id.0 + 1));
             update.slots.extend(slots.into_iter().zip(corners));
-            update.leaves.push((id, Leaf { slots, ..leaf }));
+            update.drawn_triangles.push((id, DrawnTriangle { slots, ..drawn }));
             id
         };
-        for (i, &(leaf, corners)) in leaves.iter().enumerate() {
-            let parent = new_leaf(&mut this.base, leaf, corners);
-            patch(&mut this.base, leaf, &[], &[parent]);
+        for (i, &(drawn, corners)) in drawn_triangles.iter().enumerate() {
+            let parent = new_drawn(&mut this.base, drawn, corners);
+            patch(&mut this.base, drawn, &[], &[parent]);
             if chosen(i) {
-                let children = quarters(leaf, corners).map(|(leaf, corners)| new_leaf(&mut this.split, leaf, corners));
-                patch(&mut this.split, leaf, &[parent], &children);
-                patch(&mut this.merge, leaf, &children, &[parent]);
+                let children =
+                    quarters(drawn, corners).map(|(drawn, corners)| new_drawn(&mut this.split, drawn, corners));
+                patch(&mut this.split, drawn, &[parent], &children);
+                patch(&mut this.merge, drawn, &children, &[parent]);
             }
         }
         Some(this)
@@ -140,15 +142,15 @@ impl Split {
     }
 }
 
-/// Whether a leaf is a whole node: as large as its level says.
-fn is_whole(scene: &Scene, leaf: &Leaf, corners: &[Slot; 3]) -> bool {
+/// Whether a drawn triangle is a whole node: as large as its level says.
+fn is_whole(scene: &Scene, drawn: &DrawnTriangle, corners: &[Slot; 3]) -> bool {
     let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).length();
-    let node = area(scene.corners(leaf.face.triangle())) * 0.25_f32.powi(i32::from(leaf.level));
+    let node = area(scene.corners(drawn.face.triangle())) * 0.25_f32.powi(i32::from(drawn.level));
     area(corners.map(|slot| slot.position)) > 0.9 * node
 }
 
-/// The four parts of a leaf between the middles of its edges.
-fn quarters(leaf: Leaf, [a, b, c]: [Slot; 3]) -> [(Leaf, [Slot; 3]); 4] {
+/// The four parts of a drawn triangle between the middles of its edges.
+fn quarters(drawn: DrawnTriangle, [a, b, c]: [Slot; 3]) -> [(DrawnTriangle, [Slot; 3]); 4] {
     let middle = |a: Slot, b: Slot| Slot {
         position: (a.position + b.position) * 0.5,
         weight: (a.weight + b.weight) * 0.5,
@@ -156,17 +158,17 @@ fn quarters(leaf: Leaf, [a, b, c]: [Slot; 3]) -> [(Leaf, [Slot; 3]); 4] {
         specular: (a.specular + b.specular) * 0.5,
     };
     let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
-    let part = Leaf { level: leaf.level + 1, ..leaf };
+    let part = DrawnTriangle { level: drawn.level + 1, ..drawn };
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]].map(|corners| (part, corners))
 }
 
-fn patch(update: &mut Update, leaf: Leaf, old: &[LeafId], new: &[LeafId]) {
-    let start = update.patch_leaves.len() as u32;
-    update.patch_leaves.extend_from_slice(old);
-    let middle = update.patch_leaves.len() as u32;
-    update.patch_leaves.extend_from_slice(new);
-    let end = update.patch_leaves.len() as u32;
-    update.patches.push(Patch { face: leaf.face, old: start..middle, new: middle..end });
+fn patch(update: &mut Update, drawn: DrawnTriangle, old: &[DrawnId], new: &[DrawnId]) {
+    let start = update.patch_triangles.len() as u32;
+    update.patch_triangles.extend_from_slice(old);
+    let middle = update.patch_triangles.len() as u32;
+    update.patch_triangles.extend_from_slice(new);
+    let end = update.patch_triangles.len() as u32;
+    update.patches.push(Patch { face: drawn.face, old: start..middle, new: middle..end });
 }
 
 /// CPU time of the process so far, milliseconds.
@@ -205,9 +207,9 @@ mod tests {
                 let slot_value = Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
                 update.slots.push((slot, slot_value));
             }
-            let leaf = Leaf { slots, face: FaceId(2 * face), level: 0, flat: None };
-            update.leaves.push((LeafId(face), leaf));
-            patch(&mut update, leaf, &[], &[LeafId(face)]);
+            let drawn = DrawnTriangle { slots, face: FaceId(2 * face), level: 0, flat: None };
+            update.drawn_triangles.push((DrawnId(face), drawn));
+            patch(&mut update, drawn, &[], &[DrawnId(face)]);
         }
         let mut mesh = Mesh::default();
         assert!(Split::new(&scene, &mesh, 1).is_none());
@@ -215,12 +217,13 @@ mod tests {
         for patches in [1, 2, 3, 10, 48, 100] {
             let split = Split::new(&scene, &mesh, patches).expect("a mesh");
             assert_eq!((split.split.patches.len(), split.merge.patches.len()), (patches, patches));
-            assert_eq!(split.split.leaves.len(), 4 * patches);
+            assert_eq!(split.split.drawn_triangles.len(), 4 * patches);
             let area = |update: &Update| {
                 let of = |id: SlotId| update.slots.iter().find(|s| s.0 == id).expect("slot").1.position;
-                let leaf =
-                    |leaf: &Leaf| (of(leaf.slots[1]) - of(leaf.slots[0])).cross(of(leaf.slots[2]) - of(leaf.slots[0]));
-                update.leaves.iter().map(|(_, l)| leaf(l).length() * 0.5).sum::<f32>()
+                let drawn = |drawn: &DrawnTriangle| {
+                    (of(drawn.slots[1]) - of(drawn.slots[0])).cross(of(drawn.slots[2]) - of(drawn.slots[0]))
+                };
+                update.drawn_triangles.iter().map(|(_, l)| drawn(l).length() * 0.5).sum::<f32>()
             };
             assert!((area(&split.base) - 1.5).abs() < 1e-5, "the parts tile the whole");
         }

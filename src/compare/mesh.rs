@@ -1,13 +1,13 @@
 //! The mesh that a recording builds up, as the host knows it.
 
-use crate::refine::update::{Leaf, LeafId, Slot, SlotId, Update};
+use crate::refine::update::{DrawnId, DrawnTriangle, Slot, SlotId, Update};
 use crate::scene::FaceId;
 use glam::Vec3;
 
 /// A triangle by its id.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    leaf: Leaf,
+    triangle: DrawnTriangle,
     /// Whether it is part of the mesh.
     drawn: bool,
     /// The last update with a patch that draws it.
@@ -18,7 +18,7 @@ struct Entry {
 #[derive(Clone, Debug, Default)]
 pub struct Mesh {
     slots: Vec<Option<Slot>>,
-    leaves: Vec<Option<Entry>>,
+    drawn_triangles: Vec<Option<Entry>>,
     /// Updates taken in.
     updates: usize,
 }
@@ -36,28 +36,28 @@ impl Mesh {
     pub fn apply(&mut self, update: &Update) {
         self.updates += 1;
         update.slots.iter().for_each(|(id, slot)| put(&mut self.slots, id.0, *slot));
-        for (id, leaf) in &update.leaves {
+        for (id, drawn) in &update.drawn_triangles {
             let known = self.entry(*id).map_or((false, 0), |e| (e.drawn, e.changed));
-            put(&mut self.leaves, id.0, Entry { leaf: *leaf, drawn: known.0, changed: known.1 });
+            put(&mut self.drawn_triangles, id.0, Entry { triangle: *drawn, drawn: known.0, changed: known.1 });
         }
         let listed = |range: &std::ops::Range<u32>| {
-            update.patch_leaves.get(range.start as usize..range.end as usize).unwrap_or_default()
+            update.patch_triangles.get(range.start as usize..range.end as usize).unwrap_or_default()
         };
         for patch in &update.patches {
-            listed(&patch.old).iter().for_each(|&leaf| self.edit(leaf, |entry| entry.drawn = false));
+            listed(&patch.old).iter().for_each(|&drawn| self.edit(drawn, |entry| entry.drawn = false));
             let now = self.updates;
-            listed(&patch.new).iter().for_each(|&leaf| {
-                self.edit(leaf, |entry| (entry.drawn, entry.changed) = (true, now));
+            listed(&patch.new).iter().for_each(|&drawn| {
+                self.edit(drawn, |entry| (entry.drawn, entry.changed) = (true, now));
             });
         }
     }
 
-    fn entry(&self, leaf: LeafId) -> Option<&Entry> {
-        self.leaves.get(leaf.0 as usize).and_then(Option::as_ref)
+    fn entry(&self, drawn: DrawnId) -> Option<&Entry> {
+        self.drawn_triangles.get(drawn.0 as usize).and_then(Option::as_ref)
     }
 
-    fn edit(&mut self, leaf: LeafId, edit: impl FnOnce(&mut Entry)) {
-        if let Some(Some(entry)) = self.leaves.get_mut(leaf.0 as usize) {
+    fn edit(&mut self, drawn: DrawnId, edit: impl FnOnce(&mut Entry)) {
+        if let Some(Some(entry)) = self.drawn_triangles.get_mut(drawn.0 as usize) {
             edit(entry);
         }
     }
@@ -70,26 +70,28 @@ impl Mesh {
 
     /// The face that a triangle lies on.
     #[must_use]
-    pub fn face(&self, leaf: LeafId) -> Option<FaceId> {
-        self.entry(leaf).map(|entry| entry.leaf.face)
+    pub fn face(&self, drawn: DrawnId) -> Option<FaceId> {
+        self.entry(drawn).map(|entry| entry.triangle.face)
     }
 
     /// Whether a triangle is part of the mesh.
     #[must_use]
-    pub fn is_drawn(&self, leaf: LeafId) -> bool {
-        self.entry(leaf).is_some_and(|entry| entry.drawn)
+    pub fn is_drawn(&self, drawn: DrawnId) -> bool {
+        self.entry(drawn).is_some_and(|entry| entry.drawn)
     }
 
     /// Whether a triangle of the mesh is in a patch of an update after number `update`.
     #[must_use]
-    pub fn changed_after(&self, leaf: LeafId, update: usize) -> bool {
-        self.entry(leaf).is_some_and(|entry| entry.drawn && entry.changed > update)
+    pub fn changed_after(&self, drawn: DrawnId, update: usize) -> bool {
+        self.entry(drawn).is_some_and(|entry| entry.drawn && entry.changed > update)
     }
 
     /// The triangles of the mesh, by id, with the contents of their slots.
-    pub fn drawn(&self) -> impl Iterator<Item = (LeafId, Leaf, [Slot; 3])> {
-        let drawn = (0..).zip(&self.leaves).filter_map(|(id, e)| e.filter(|e| e.drawn).map(|e| (LeafId(id), e.leaf)));
-        drawn.map(|(id, leaf)| (id, leaf, leaf.slots.map(|slot| self.slot(slot))))
+    pub fn drawn(&self) -> impl Iterator<Item = (DrawnId, DrawnTriangle, [Slot; 3])> {
+        let drawn = (0..)
+            .zip(&self.drawn_triangles)
+            .filter_map(|(id, e)| e.filter(|e| e.drawn).map(|e| (DrawnId(id), e.triangle)));
+        drawn.map(|(id, drawn)| (id, drawn, drawn.slots.map(|slot| self.slot(slot))))
     }
 
     fn slot(&self, id: SlotId) -> Slot {
@@ -99,7 +101,7 @@ impl Mesh {
 
     /// The first ids of slots and triangles that were never used.
     #[must_use]
-    pub fn free_ids(&self) -> (SlotId, LeafId) {
-        (SlotId(self.slots.len() as u32), LeafId(self.leaves.len() as u32))
+    pub fn free_ids(&self) -> (SlotId, DrawnId) {
+        (SlotId(self.slots.len() as u32), DrawnId(self.drawn_triangles.len() as u32))
     }
 }

@@ -62,7 +62,7 @@ fn full(update_mode: UpdateMode) -> FrameOptions {
 fn begin(renderer: &mut Renderer, recording: &Recording, mode: UpdateMode) -> Result<()> {
     renderer.set_view(&recording.view, Vec2::ZERO);
     renderer.visibility()?;
-    renderer.reset_leaves();
+    renderer.reset_drawn();
     if let Some(first) = recording.updates.first() {
         renderer.apply(first)?;
     }
@@ -93,13 +93,13 @@ impl Truths {
             if is_compared(number, every, recording) {
                 renderer.frame(&full(UpdateMode::Full))?;
                 let light = renderer.read_luminance()?;
-                let radiance = (0..light.leaf_id.len()).map(|i| surface.radiance(&light, i)).collect();
+                let radiance = (0..light.drawn_id.len()).map(|i| surface.radiance(&light, i)).collect();
                 let by_lookup = looks_up.then(|| {
                     renderer.frame(&full(UpdateMode::Lookup))?;
-                    renderer.read_luminance().map(|light| light.leaf_id)
+                    renderer.read_luminance().map(|light| light.drawn_id)
                 });
                 points.push(Point {
-                    truth: Truth { leaf_id: light.leaf_id, radiance },
+                    truth: Truth { drawn_id: light.drawn_id, radiance },
                     by_lookup: by_lookup.transpose()?,
                 });
             }
@@ -181,7 +181,7 @@ pub fn replay(
             continue;
         }
         let Some(point) = points.next() else { break };
-        let masks = point.by_lookup.as_ref().filter(|_| mode == UpdateMode::Lookup).unwrap_or(&point.truth.leaf_id);
+        let masks = point.by_lookup.as_ref().filter(|_| mode == UpdateMode::Lookup).unwrap_or(&point.truth.drawn_id);
         let (written, doubled) = (writes.since.as_slice(), writes.doubled.as_slice());
         let shown = Shown { light: &light, written, doubled, goes_by_face: mode.goes_by_face(), since };
         outcome.add(number, compare(&truths.surface, &mesh, &point.truth, masks, &shown));
@@ -191,7 +191,7 @@ pub fn replay(
         since = mesh.updates();
         writes.restart();
     }
-    outcome.radiance = (0..light.leaf_id.len()).map(|i| truths.surface.radiance(&light, i)).collect();
+    outcome.radiance = (0..light.drawn_id.len()).map(|i| truths.surface.radiance(&light, i)).collect();
     Ok(outcome)
 }
 
@@ -213,7 +213,7 @@ impl Outcome {
         }
     }
 
-    /// Draws what waits; whether all leaves were.
+    /// Draws what waits; whether all drawn triangles were.
     fn draw(&mut self, renderer: &mut Renderer) -> Result<bool> {
         let (mut full, mut ms) = (false, 0.0);
         self.updates += 1;

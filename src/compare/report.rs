@@ -259,7 +259,7 @@ impl Report {
         UpdateMode::ALL.map(UpdateMode::name).into_iter().filter(there).collect()
     }
 
-    /// Whether a mode leaves no more than cracks.
+    /// Whether a mode drawn triangles no more than cracks.
     #[must_use]
     pub fn is_clean(&self, mode: &str) -> bool {
         self.worst(mode).is_some_and(|w| w.missed <= CLEAN_MISSED && w.foreign <= CLEAN_FOREIGN)

@@ -220,7 +220,7 @@ mod tests {
             for off in [0.0_f32, 0.05, 0.1] {
                 let turned = 0.6_f32.asin() + off;
                 let to_eye = Vec3::new(-turned.sin(), 0.0, turned.cos());
-                let exact = crate::shade::phong::lobe(shininess, Vec3::Z, direction, to_eye);
+                let exact = crate::bsdf::lobe(shininess, Vec3::Z, direction, to_eye);
                 let found = light.specular(Vec3::Z, to_eye, shininess).x / light.irradiance().x;
                 assert!((found / exact - 1.0).abs() < 0.06, "{shininess}, {off}: {found} {exact}");
             }

@@ -42,7 +42,7 @@ pub struct Penumbrae {
 }
 
 impl Penumbrae {
-    /// For a number of light meshes.
+    /// For a number of light groups.
     #[must_use]
     pub fn new(lights: usize) -> Self {
         Self { lights: vec![Default::default(); lights] }

@@ -1,11 +1,11 @@
 //! A point that a gather ray has hit, as light leaves it: diffusely (method 2).
 
 use crate::geom::{Hit, Ray};
+use crate::light::context::SceneContext;
+use crate::light::lights::{Arrival, Source, delta_arrival};
+use crate::light::selection::{Drawn, LightChoice};
 use crate::math::luminance;
 use crate::scene::Scene;
-use crate::shade::light_choice::{Drawn, LightChoice};
-use crate::shade::lights::{Arrival, Source, delta_arrival};
-use crate::shade::world::World;
 use glam::Vec3;
 
 /// A diffuse surface point.
@@ -39,21 +39,21 @@ impl DiffusePoint {
 
     /// Irradiance from one light, drawn in proportion to the bound of what it can send here, by one shadow ray: an unbiased
     /// estimate of that from all lights. `sample` is uniform in the unit cube: the choice, and the point of the light.
-    pub fn direct(&self, world: &World<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
+    pub fn direct(&self, context: &SceneContext<'_>, [pick, u, v]: [f32; 3], rays: &mut u64) -> Vec3 {
         let mut choice = LightChoice::default();
-        choice.prepare(world.lights, self.origin, self.normal);
-        let Some(Drawn { light, inverse_chance }) = choice.draw(world.lights, pick) else { return Vec3::ZERO };
-        let arrival = match &world.lights.sources[light] {
+        choice.prepare(context.lights, self.origin, self.normal);
+        let Some(Drawn { light, inverse_chance }) = choice.draw(context.lights, pick) else { return Vec3::ZERO };
+        let arrival = match &context.lights.sources[light] {
             Source::Delta(kind) => delta_arrival(kind, self.origin),
-            Source::Area(area) => area.sample_for(world.scene, (self.origin, self.normal), [u, v]),
+            Source::Area(area) => area.sample_for(context.scene, (self.origin, self.normal), [u, v]),
         };
         let Some(arrival) = arrival else { return Vec3::ZERO };
-        let value = arrival.facing * world.lights.factor(light) * self.normal.dot(arrival.direction).max(0.0);
+        let value = arrival.facing * context.lights.factor(light) * self.normal.dot(arrival.direction).max(0.0);
         if luminance(value) <= 0.0 || arrival.direction.dot(self.facet) <= 0.0 {
             return Vec3::ZERO;
         }
         *rays += 1;
-        if world.bvh.occluded(world.scene, &self.shadow_ray(&arrival)) {
+        if context.bvh.occluded(context.scene, &self.shadow_ray(&arrival)) {
             return Vec3::ZERO;
         }
         value * inverse_chance

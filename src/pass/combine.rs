@@ -11,7 +11,7 @@ use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
 /// The pass of that name.
 pub(super) struct Combine {
     display: Pipeline,
-    /// Over it, where neighbours stand in for pixels that no leaf covers.
+    /// Over it, where neighbours stand in for pixels that no drawn triangle covers.
     uncovered: Pipeline,
     linear: Pipeline,
     depth: Depth,
@@ -47,7 +47,7 @@ impl Combine {
             draws.bind(&self.display, bindings);
             draws.triangles(0, 1);
             draws.bind(&self.uncovered, bindings);
-            // Where the luminance pass has left no depth: no leaf covers a face, or was drawn without depth.
+            // Where the luminance pass has left no depth: no drawn triangle covers a face, or was drawn without depth.
             draws.depth_stencil(DepthStencil { write: false, ..self.depth.nearer() });
             draws.triangles(0, 1);
         });

@@ -1,8 +1,8 @@
-//! Pixels of leaves, counted by the draws themselves: a counter a leaf, to which its fragments add.
+//! Pixels of drawn triangles, counted by the draws themselves: a counter a drawn triangle, to which its fragments add.
 
 use super::plan::Plan;
 use crate::error::Result;
-use crate::refine::update::{LeafId, LeafPixels};
+use crate::refine::update::{DrawnId, DrawnPixels};
 use crate::vk::buffer::BufferUse;
 use crate::vk::{Buffer, Device};
 
@@ -12,7 +12,7 @@ const CAPACITY: u64 = 4096;
 /// The counters, zero between frames, and what the last frame counted.
 pub(super) struct Counters {
     buffer: Buffer,
-    last: Vec<LeafPixels>,
+    last: Vec<DrawnPixels>,
 }
 
 impl Counters {
@@ -21,12 +21,12 @@ impl Counters {
     }
 
     fn zero(device: &Device, counters: u64) -> Result<Buffer> {
-        let mut buffer = Buffer::new(device, "leaf pixels", counters * 4, BufferUse::ReadBack)?;
+        let mut buffer = Buffer::new(device, "drawn pixels", counters * 4, BufferUse::ReadBack)?;
         buffer.write(0, &vec![0u32; counters as usize])?;
         Ok(buffer)
     }
 
-    /// Makes room for leaves below `end`. The device must be idle.
+    /// Makes room for drawn triangles below `end`. The device must be idle.
     pub(super) fn reserve(&mut self, device: &Device, end: u64) -> Result<()> {
         if end * 4 > self.buffer.size() {
             self.buffer = Self::zero(device, end + end / 2)?;
@@ -37,19 +37,19 @@ impl Counters {
     /// Takes in what the draws of a plan counted.
     pub(super) fn read(&mut self, plan: &Plan) -> Result<()> {
         self.last.clear();
-        let mut leaves: Vec<u32> = if plan.clear { Vec::new() } else { plan.counted().collect() };
-        leaves.sort_unstable();
-        leaves.dedup();
-        for leaf in leaves {
-            let offset = u64::from(leaf) * 4;
+        let mut drawn_triangles: Vec<u32> = if plan.clear { Vec::new() } else { plan.counted().collect() };
+        drawn_triangles.sort_unstable();
+        drawn_triangles.dedup();
+        for drawn in drawn_triangles {
+            let offset = u64::from(drawn) * 4;
             let pixels = self.buffer.view::<u32>(offset, 1)?[0];
-            self.last.push(LeafPixels { leaf: LeafId(leaf), pixels, ray: None });
+            self.last.push(DrawnPixels { drawn: DrawnId(drawn), pixels, ray: None });
             self.buffer.write(offset, &[0u32])?;
         }
         Ok(())
     }
 
-    pub(super) fn last(&self) -> &[LeafPixels] {
+    pub(super) fn last(&self) -> &[DrawnPixels] {
         &self.last
     }
 

@@ -110,8 +110,8 @@ impl Depth {
         }
     }
 
-    /// Depth of the background: farther than any leaf but nearer than nothing, no less than a step of 16-bit depth. Reversed
-    /// floats are dense enough there for leaves that are a billion times as far as the near plane.
+    /// Depth of the background: farther than any drawn triangle but nearer than nothing, no less than a step of 16-bit depth. Reversed
+    /// floats are dense enough there for drawn triangles that are a billion times as far as the near plane.
     pub(super) const fn background(self) -> f32 {
         match (self.order, self.format) {
             (DepthOrder::Reversed, Format::D32_SFLOAT_S8_UINT) => 1e-20,

@@ -8,7 +8,7 @@ use super::scene_buffers::fitting_scale;
 use super::shared::FrameUniform;
 use super::update::{Context, UpdateMode};
 use crate::error::Result;
-use crate::refine::update::{LeafId, LeafPixels};
+use crate::refine::update::{DrawnId, DrawnPixels};
 use crate::scene::Display;
 use crate::vk::Buffer;
 use crate::vk::timestamp::PassTimes;
@@ -16,7 +16,7 @@ use crate::vk::timestamp::PassTimes;
 /// What a frame does.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FrameOptions {
-    /// Draw every leaf of every visible face (the camera moved).
+    /// Draw every drawn triangle of every visible face (the camera moved).
     pub full_luminance: bool,
     /// Look the colours up again (the camera moved).
     pub colour: bool,
@@ -24,12 +24,12 @@ pub struct FrameOptions {
     pub combine: Option<Display>,
     /// How patches are drawn.
     pub update_mode: UpdateMode,
-    /// Leaves whose pixels are counted by occlusion queries as they change, at most (0 without precise queries): each
+    /// Drawn triangles whose pixels are counted by occlusion queries as they change, at most (0 without precise queries): each
     /// costs a draw of its own.
     pub queries: u32,
 }
 
-/// Leaves of patches drawn in a frame, at most; others wait for the next. Half of a frame at 30 Hz on a software rasteriser.
+/// Drawn triangles of patches drawn in a frame, at most; others wait for the next. Half of a frame at 30 Hz on a software rasteriser.
 const LEAVES_A_FRAME: usize = 8192;
 
 /// What a frame did. Times are on the device's clock, since the frame before; a pass that did not run has none.
@@ -47,11 +47,11 @@ pub struct FrameStats {
     pub readback_ms: Option<f64>,
     /// Patches drawn.
     pub patches: u32,
-    /// Leaves drawn.
-    pub leaves_drawn: u32,
+    /// Drawn triangles drawn.
+    pub triangles_drawn: u32,
     /// Draw commands of the luminance pass.
     pub draws: u32,
-    /// Whether all leaves were drawn, not changed ones alone.
+    /// Whether all drawn triangles were drawn, not changed ones alone.
     pub full: bool,
     /// Occlusion queries issued.
     pub queries: u32,
@@ -60,7 +60,7 @@ pub struct FrameStats {
 }
 
 impl FrameStats {
-    fn new(times: &PassTimes, patches: u32, plan: &Plan, counts: &[LeafPixels]) -> Self {
+    fn new(times: &PassTimes, patches: u32, plan: &Plan, counts: &[DrawnPixels]) -> Self {
         Self {
             visibility_ms: times.ms("visibility"),
             colour_ms: times.ms("colour"),
@@ -68,11 +68,11 @@ impl FrameStats {
             combine_ms: times.ms("combine"),
             readback_ms: times.ms("readback"),
             patches,
-            leaves_drawn: plan.leaves_drawn,
+            triangles_drawn: plan.triangles_drawn,
             draws: plan.draws(),
             full: plan.clear,
             queries: counts.len() as u32,
-            query_pixels: counts.iter().map(|leaf| u64::from(leaf.pixels)).sum(),
+            query_pixels: counts.iter().map(|drawn| u64::from(drawn.pixels)).sum(),
         }
     }
 }
@@ -105,8 +105,12 @@ impl Renderer {
         self.query_counts.clear();
         if let Some(queries) = &self.queries {
             let pixels = queries.read(plan.queried.len() as u32)?;
-            let leaves = plan.queried.iter().map(|&(leaf, _)| LeafId(leaf));
-            self.query_counts.extend(leaves.zip(pixels).map(|(leaf, pixels)| LeafPixels { leaf, pixels, ray: None }));
+            let drawn_triangles = plan.queried.iter().map(|&(drawn, _)| DrawnId(drawn));
+            self.query_counts.extend(drawn_triangles.zip(pixels).map(|(drawn, pixels)| DrawnPixels {
+                drawn,
+                pixels,
+                ray: None,
+            }));
         }
         Ok(FrameStats::new(&std::mem::take(&mut self.times), patches, &plan, &self.query_counts))
     }
@@ -150,9 +154,9 @@ impl Renderer {
     /// Sends what the shaders read.
     fn send(&mut self, plan: &mut Plan, display: Option<Display>) -> Result<()> {
         self.mesh.slots.flush(&self.device)?;
-        self.mesh.leaves.flush(&self.device)?;
-        self.leaf_list.replace(plan.list.clone());
-        self.leaf_list.flush(&self.device)?;
+        self.mesh.drawn_triangles.flush(&self.device)?;
+        self.drawn_list.replace(plan.list.clone());
+        self.drawn_list.flush(&self.device)?;
         self.marks.replace(std::mem::take(&mut plan.marks));
         self.marks.flush(&self.device)?;
         self.list_references.replace(std::mem::take(&mut plan.list_references));
@@ -166,7 +170,7 @@ impl Renderer {
             self.lookup_stamp = if plan.clear { 0 } else { changed };
         }
         if self.options.atomic_counts {
-            self.counters.reserve(&self.device, self.mesh.leaves.len())?;
+            self.counters.reserve(&self.device, self.mesh.drawn_triangles.len())?;
         }
         self.send_uniform(display)
     }
@@ -179,21 +183,21 @@ impl Renderer {
             clip_from_world: self.options.depth.clip(view.clip_from_world(self.jitter)).to_cols_array(),
             positions: scene.positions.address(),
             triangles: scene.triangles.address(),
-            drawn: scene.drawn.address(),
+            visibility_triangles: scene.visibility_triangles.address(),
             coplanar: scene.coplanar.address(),
             materials: scene.materials.address(),
             textures: scene.textures.address(),
             texels: scene.texels.address(),
             colours: scene.colours.as_ref().map_or(0, Buffer::address),
             slots: self.mesh.slots.address(),
-            leaves: self.mesh.leaves.address(),
-            leaf_list: self.leaf_list.address(),
+            drawn_triangles: self.mesh.drawn_triangles.address(),
+            drawn_list: self.drawn_list.address(),
             marks: self.marks.address(),
             lookup_nodes: self.lookup.as_ref().map_or(0, |lookup| lookup.nodes.address()),
             lookup_roots: self.lookup.as_ref().map_or(0, |lookup| lookup.roots.address()),
             list_references: self.list_references.address(),
             mark_references: self.mark_references.address(),
-            leaf_pixels: self.counters.address(),
+            drawn_pixels: self.counters.address(),
             eye: view.eye.to_array(),
             forward: view.forward.to_array(),
             right: view.right.to_array(),

@@ -1,22 +1,22 @@
-//! The trees that pixels descend in update mode `lookup`: a face's leaves by where they lie in it.
+//! The trees that pixels descend in update mode `lookup`: a face's drawn triangles by where they lie in it.
 //!
-//! A node is a face split 1→4 by the midpoints of its edges, as often as its level says. Its leaves are one triangle, or
-//! the 2 to 4 that meet finer neighbours at its edges. Which node a leaf belongs to follows from its centroid and its level.
+//! A node is a face split 1→4 by the midpoints of its edges, as often as its level says. Its drawn triangles are one triangle, or
+//! the 2 to 4 that meet finer neighbours at its edges. Which node a drawn triangle belongs to follows from its centroid and its level.
 
+use super::device_array::DeviceArray;
 use super::mesh::LuminanceMesh;
-use super::mirror::Mirror;
 use super::shared::{GpuLookupNode, GpuLookupRoot, NONE};
 use crate::error::{Error, Result};
-use crate::refine::update::{LeafId, Update};
+use crate::refine::update::{DrawnId, Update};
 use crate::scene::{FaceId, Scene, TriangleId};
 use crate::vk::Device;
 use glam::{DVec3, Vec3};
 
-const EMPTY: GpuLookupNode = GpuLookupNode { child: NONE, stamp: 0, codes: 0, leaves: [NONE; 4] };
+const EMPTY: GpuLookupNode = GpuLookupNode { child: NONE, stamp: 0, codes: 0, drawn_triangles: [NONE; 4] };
 
-/// What is kept of a leaf.
+/// What is kept of a drawn triangle.
 #[derive(Clone, Copy)]
-struct Place {
+struct NodeSlot {
     level: u8,
     /// The node that lists it, or `NONE`.
     node: u32,
@@ -24,12 +24,12 @@ struct Place {
 
 /// The trees of all faces, with their mirrors on the device.
 pub(super) struct Lookup {
-    pub nodes: Mirror<GpuLookupNode>,
-    pub roots: Mirror<GpuLookupRoot>,
+    pub nodes: DeviceArray<GpuLookupNode>,
+    pub roots: DeviceArray<GpuLookupRoot>,
     /// Nodes in use and free fours of them, by the first.
     used: u32,
     free: Vec<u32>,
-    places: Vec<Place>,
+    places: Vec<NodeSlot>,
     corners: Vec<[Vec3; 3]>,
     /// Of the frame that draws what changes now.
     stamp: u32,
@@ -39,8 +39,8 @@ impl Lookup {
     pub(super) fn new(device: &Device, scene: &Scene) -> Result<Self> {
         let triangles = scene.triangles.len() as u32;
         let mut this = Self {
-            nodes: Mirror::new(device, "lookup nodes")?,
-            roots: Mirror::new(device, "lookup roots")?,
+            nodes: DeviceArray::new(device, "lookup nodes")?,
+            roots: DeviceArray::new(device, "lookup roots")?,
             used: 0,
             free: Vec::new(),
             places: Vec::new(),
@@ -51,7 +51,7 @@ impl Lookup {
         Ok(this)
     }
 
-    /// Forgets all leaves.
+    /// Forgets all drawn triangles.
     pub(super) fn reset(&mut self) {
         let faces = 2 * self.corners.len();
         self.roots.replace(vec![GpuLookupRoot { node: NONE, stamp: 0 }; faces]);
@@ -70,33 +70,33 @@ impl Lookup {
 
     /// Takes changes in that the mesh has already.
     pub(super) fn apply(&mut self, update: &Update, mesh: &LuminanceMesh) -> Result<()> {
-        for (id, leaf) in &update.leaves {
-            self.place(id.0).level = leaf.level;
+        for (id, drawn) in &update.drawn_triangles {
+            self.place(id.0).level = drawn.level;
         }
         for patch in &update.patches {
             let [old, new] = [&patch.old, &patch.new]
-                .map(|range| update.patch_leaves.get(range.start as usize..range.end as usize).unwrap_or_default());
+                .map(|range| update.patch_triangles.get(range.start as usize..range.end as usize).unwrap_or_default());
             if old == new {
-                new.iter().for_each(|leaf| self.touch(patch.face, self.places[leaf.0 as usize].node));
+                new.iter().for_each(|drawn| self.touch(patch.face, self.places[drawn.0 as usize].node));
                 continue;
             }
-            old.iter().for_each(|&leaf| self.remove(leaf));
-            for &leaf in new {
-                self.insert(patch.face, leaf, mesh)?;
+            old.iter().for_each(|&drawn| self.remove(drawn));
+            for &drawn in new {
+                self.insert(patch.face, drawn, mesh)?;
             }
         }
         Ok(())
     }
 
-    fn place(&mut self, leaf: u32) -> &mut Place {
-        let index = leaf as usize;
+    fn place(&mut self, drawn: u32) -> &mut NodeSlot {
+        let index = drawn as usize;
         if index >= self.places.len() {
-            self.places.resize(index + 1, Place { level: 0, node: NONE });
+            self.places.resize(index + 1, NodeSlot { level: 0, node: NONE });
         }
         &mut self.places[index]
     }
 
-    /// The leaves of a node are to be drawn.
+    /// The drawn triangles of a node are to be drawn.
     fn touch(&mut self, face: FaceId, node: u32) {
         if node != NONE {
             self.nodes.set(node, GpuLookupNode { stamp: self.stamp, ..self.nodes.get(node) });
@@ -104,30 +104,30 @@ impl Lookup {
         }
     }
 
-    fn remove(&mut self, leaf: LeafId) {
-        let id = std::mem::replace(&mut self.place(leaf.0).node, NONE);
+    fn remove(&mut self, drawn: DrawnId) {
+        let id = std::mem::replace(&mut self.place(drawn.0).node, NONE);
         if id == NONE {
             return;
         }
         let mut node = self.nodes.get(id);
-        if let Some(at) = node.leaves.iter().position(|&l| l == leaf.0) {
+        if let Some(at) = node.drawn_triangles.iter().position(|&l| l == drawn.0) {
             // The others move up, their codes with them.
-            node.leaves.copy_within(at + 1.., at);
-            node.leaves[3] = NONE;
+            node.drawn_triangles.copy_within(at + 1.., at);
+            node.drawn_triangles[3] = NONE;
             let low = (1u32 << (8 * at)) - 1;
             node.codes = node.codes & low | node.codes >> 8 & !low;
             self.nodes.set(id, node);
         }
     }
 
-    fn insert(&mut self, face: FaceId, leaf: LeafId, mesh: &LuminanceMesh) -> Result<()> {
+    fn insert(&mut self, face: FaceId, drawn: DrawnId, mesh: &LuminanceMesh) -> Result<()> {
         let Some(&triangle) = self.corners.get(face.triangle().0 as usize) else {
             return Err(Error::Internal("a patch names a face outside its scene".to_owned()));
         };
-        let mut corners = mesh.corners(leaf.0).map(|p| barycentrics(triangle, p));
+        let mut corners = mesh.corners(drawn.0).map(|p| barycentrics(triangle, p));
         let mut centroid = (corners[0] + corners[1] + corners[2]) / 3.0;
         let mut node = self.root(face);
-        for _ in 0..self.place(leaf.0).level {
+        for _ in 0..self.place(drawn.0).level {
             let child = child_of(centroid);
             node = self.first_child(node) + child as u32;
             centroid = in_child(centroid, child);
@@ -135,14 +135,14 @@ impl Lookup {
         }
         self.prune(node);
         let mut record = self.nodes.get(node);
-        let Some(at) = record.leaves.iter().position(|&l| l == NONE) else {
+        let Some(at) = record.drawn_triangles.iter().position(|&l| l == NONE) else {
             return Err(Error::Internal("a node has more than four triangles".to_owned()));
         };
-        record.leaves[at] = leaf.0;
+        record.drawn_triangles[at] = drawn.0;
         let keep = !(255u32 << (8 * at));
         record.codes = record.codes & keep | code(corners) << (8 * at);
         self.nodes.set(node, record);
-        self.place(leaf.0).node = node;
+        self.place(drawn.0).node = node;
         self.touch(face, node);
         Ok(())
     }
@@ -173,7 +173,7 @@ impl Lookup {
         child
     }
 
-    /// A node that gets leaves of its own has no children any more: they were merged.
+    /// A node that gets drawn triangles of its own has no children any more: they were merged.
     fn prune(&mut self, node: u32) {
         let record = self.nodes.get(node);
         if record.child != NONE {

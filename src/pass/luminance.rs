@@ -1,4 +1,4 @@
-//! Luminance: D and S of the leaves, all of them or those that changed (method.md 7).
+//! Luminance: D and S of the drawn triangles, all of them or those that changed (method.md 7).
 
 use super::depth::Depth;
 use super::plan::{DepthTest, Plan, Step};
@@ -16,15 +16,15 @@ use ash::vk::{CompareOp, StencilOp};
 pub(super) struct Luminance {
     /// All fragments that pass the tests.
     plain: Pipeline,
-    /// Only fragments where the id image shows the leaf's face.
+    /// Only fragments where the id image shows the drawn triangle's face.
     on_face: Pipeline,
-    /// As `plain` and `on_face` where the pixels of leaves are counted as they are drawn.
+    /// As `plain` and `on_face` where the pixels of drawn triangles are counted as they are drawn.
     counted: Option<[Pipeline; 2]>,
     /// Depth and stencil only.
     mark: Pipeline,
     /// Depth only, where the id image shows nothing.
     background: Pipeline,
-    /// Marks and leaves that bring their stencil references.
+    /// Marks and drawn triangles that bring their stencil references.
     exported: Option<[Pipeline; 2]>,
     lookup: Option<Pipeline>,
     depth: Depth,
@@ -57,10 +57,10 @@ impl Luminance {
         };
         let exported = || {
             let fragment = Some(shaders::MARK_EXPORT_FRAG);
-            let leaves = with(shaders::LUMINANCE_EXPORT_FRAG);
+            let drawn_triangles = with(shaders::LUMINANCE_EXPORT_FRAG);
             Ok([
                 new("mark exported", &PipelineDesc { vertex: shaders::MARK_EXPORT_VERT, fragment, ..mark })?,
-                new("luminance exported", &PipelineDesc { vertex: shaders::LUMINANCE_EXPORT_VERT, ..leaves })?,
+                new("luminance exported", &PipelineDesc { vertex: shaders::LUMINANCE_EXPORT_VERT, ..drawn_triangles })?,
             ])
         };
         let has = |mode| options.modes.contains(&mode);
@@ -90,7 +90,7 @@ impl Luminance {
             pass.reset_queries(queries);
         }
         let load = if plan.clear { Load::Clear(self.depth.infinity()) } else { Load::Keep };
-        let images = [&targets.diffuse, &targets.specular, &targets.leaf_ids];
+        let images = [&targets.diffuse, &targets.specular, &targets.drawn_ids];
         pass.render(&images, Some(&targets.luminance_depth), load, |draws| {
             let mut queried = (0..).zip(&plan.queried).peekable();
             for (number, &step) in plan.steps.iter().enumerate() {
@@ -117,17 +117,27 @@ impl Luminance {
         let marked = |reference| Some((CompareOp::EQUAL, StencilOp::ZERO, reference));
         let (pipeline, state, (first, count)) = match step {
             Step::ClearStencil => return draws.clear_stencil(),
-            Step::Full { leaves, on_face } => (by_id_or_depth(on_face), self.depth.nearer(), leaves),
+            Step::Full { drawn_triangles, on_face } => (by_id_or_depth(on_face), self.depth.nearer(), drawn_triangles),
             Step::Background => (&self.background, self.depth.nearer(), (0, 1)),
-            Step::Values { leaves, on_face } => (by_id_or_depth(on_face), depth(CompareOp::EQUAL, false, None), leaves),
-            Step::OnFace { leaves, depth: write } => (on_face, depth(CompareOp::ALWAYS, write, None), leaves),
+            Step::Values { drawn_triangles, on_face } => {
+                (by_id_or_depth(on_face), depth(CompareOp::EQUAL, false, None), drawn_triangles)
+            }
+            Step::OnFace { drawn_triangles, depth: write } => {
+                (on_face, depth(CompareOp::ALWAYS, write, None), drawn_triangles)
+            }
             Step::Mark { triangles, reference } => {
                 (&self.mark, depth(CompareOp::EQUAL, false, marking(reference)), triangles)
             }
-            Step::Marked { leaves, reference } => (plain, depth(CompareOp::ALWAYS, true, marked(reference)), leaves),
+            Step::Marked { drawn_triangles, reference } => {
+                (plain, depth(CompareOp::ALWAYS, true, marked(reference)), drawn_triangles)
+            }
             Step::MarkExported { triangles } => (mark_exported, depth(CompareOp::EQUAL, false, marking(0)), triangles),
-            Step::MarkedExported { leaves } => (marked_exported, depth(CompareOp::ALWAYS, true, marked(0)), leaves),
-            Step::ByDepth { leaves, on_face, test } => (by_id_or_depth(on_face), self.against(test), leaves),
+            Step::MarkedExported { drawn_triangles } => {
+                (marked_exported, depth(CompareOp::ALWAYS, true, marked(0)), drawn_triangles)
+            }
+            Step::ByDepth { drawn_triangles, on_face, test } => {
+                (by_id_or_depth(on_face), self.against(test), drawn_triangles)
+            }
             // Where there was nothing yet, depth says that there is something now.
             Step::Lookup { .. } => {
                 (self.lookup.as_ref().unwrap_or(plain), depth(CompareOp::ALWAYS, true, None), (0, 1))

@@ -1,20 +1,20 @@
-//! The luminance mesh as the device knows it: slots, leaves, which leaves are drawn, and what waits to be drawn.
+//! The luminance mesh as the device knows it: slots, drawn triangles, which drawn triangles are drawn, and what waits to be drawn.
 
-use super::mirror::Mirror;
-use super::shared::{GpuLeaf, GpuSlot};
+use super::device_array::DeviceArray;
+use super::shared::{GpuDrawnTriangle, GpuSlot};
 use crate::error::{Error, Result};
-use crate::refine::update::{LeafId, Patch, Update};
+use crate::refine::update::{DrawnId, Patch, Update};
 use crate::vk::Device;
 use glam::Vec3;
 use std::collections::VecDeque;
 use std::ops::Range;
 
-/// Share of a frame's leaves that is kept for new values while new triangles wait.
+/// Share of a frame's drawn triangles that is kept for new values while new triangles wait.
 const VALUES_SHARE: usize = 4;
 
-/// Where a leaf stands.
+/// Where a drawn triangle stands.
 #[derive(Clone, Copy)]
-struct LeafState {
+struct DrawnState {
     /// Whether it is part of the mesh.
     drawn: bool,
     /// Serial of the batch that will draw it for the first time.
@@ -23,7 +23,7 @@ struct LeafState {
     waits: bool,
 }
 
-impl LeafState {
+impl DrawnState {
     const NONE: Self = Self { drawn: false, new_in: None, waits: false };
 }
 
@@ -32,20 +32,20 @@ impl LeafState {
 pub(super) struct PendingPatch {
     /// Corners of the triangles drawn last, as they were drawn.
     pub old: Vec<[Vec3; 3]>,
-    /// Leaves to draw now: a range of [`Batch::new`].
+    /// Drawn triangles to draw now: a range of [`Batch::new`].
     pub new: Range<usize>,
-    /// Whether the pixels of each new leaf are counted by a query.
+    /// Whether the pixels of each new drawn triangle are counted by a query.
     pub counted: bool,
 }
 
 /// Patches that can be drawn together: none draws over what another of them must find. Values come first.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Batch {
-    /// Leaves of patches with `old == new`, whose triangles stay: of the first batch of a frame only.
+    /// Drawn triangles of patches with `old == new`, whose triangles stay: of the first batch of a frame only.
     pub values: Vec<u32>,
-    /// Leaves of all other patches.
+    /// Drawn triangles of all other patches.
     pub new: Vec<u32>,
-    /// Patches of those leaves.
+    /// Patches of those drawn triangles.
     pub patches: Vec<PendingPatch>,
     /// The update that it began with.
     first_sequence: u64,
@@ -57,27 +57,27 @@ impl Batch {
         (self.values.len() + self.patches.len()) as u32
     }
 
-    /// Splits off the first new leaves, about `budget` of them, whole patches only.
+    /// Splits off the first new drawn triangles, about `budget` of them, whole patches only.
     fn split_off_front(&mut self, budget: usize) -> Self {
         let count = self.patches.partition_point(|patch| patch.new.end <= budget);
         let patches: Vec<_> = self.patches.drain(..count).collect();
-        let leaves = patches.last().map_or(0, |patch| patch.new.end);
+        let drawn_triangles = patches.last().map_or(0, |patch| patch.new.end);
         for patch in &mut self.patches {
-            patch.new = patch.new.start - leaves..patch.new.end - leaves;
+            patch.new = patch.new.start - drawn_triangles..patch.new.end - drawn_triangles;
         }
-        let new = self.new.drain(..leaves).collect();
+        let new = self.new.drain(..drawn_triangles).collect();
         Self { values: Vec::new(), new, patches, first_sequence: self.first_sequence }
     }
 }
 
 /// The mesh with its mirrors on the device.
 pub(super) struct LuminanceMesh {
-    pub slots: Mirror<GpuSlot>,
-    pub leaves: Mirror<GpuLeaf>,
-    states: Vec<LeafState>,
+    pub slots: DeviceArray<GpuSlot>,
+    pub drawn_triangles: DeviceArray<GpuDrawnTriangle>,
+    states: Vec<DrawnState>,
     /// New triangles that wait, in their order.
     batches: Vec<Batch>,
-    /// Leaves on the images whose new values wait: they do not keep triangles, and the count of their pixels, waiting.
+    /// Drawn triangles on the images whose new values wait: they do not keep triangles, and the count of their pixels, waiting.
     values: VecDeque<u32>,
     /// Serial of the last batch.
     serial: u32,
@@ -92,8 +92,8 @@ pub(super) struct LuminanceMesh {
 impl LuminanceMesh {
     pub(super) fn new(device: &Device) -> Result<Self> {
         Ok(Self {
-            slots: Mirror::new(device, "slots")?,
-            leaves: Mirror::new(device, "leaves")?,
+            slots: DeviceArray::new(device, "slots")?,
+            drawn_triangles: DeviceArray::new(device, "drawn_triangles")?,
             states: Vec::new(),
             batches: Vec::new(),
             values: VecDeque::new(),
@@ -104,22 +104,22 @@ impl LuminanceMesh {
         })
     }
 
-    /// Forgets which leaves are drawn; slots and leaves stay.
+    /// Forgets which drawn triangles are drawn; slots and drawn triangles stay.
     pub(super) fn reset(&mut self) {
         self.drop_pending();
-        self.states.fill(LeafState::NONE);
+        self.states.fill(DrawnState::NONE);
         self.needs_full = true;
         self.max_value = 0.0;
     }
 
-    /// The leaves that make up the mesh, in ascending order.
+    /// The drawn triangles that make up the mesh, in ascending order.
     pub(super) fn drawn(&self) -> impl Iterator<Item = u32> {
-        (0..).zip(&self.states).filter(|(_, state)| state.drawn).map(|(leaf, _)| leaf)
+        (0..).zip(&self.states).filter(|(_, state)| state.drawn).map(|(drawn, _)| drawn)
     }
 
-    /// Whether a leaf is part of the mesh.
-    pub(super) fn is_drawn(&self, leaf: u32) -> bool {
-        self.states.get(leaf as usize).is_some_and(|state| state.drawn)
+    /// Whether a drawn triangle is part of the mesh.
+    pub(super) fn is_drawn(&self, drawn: u32) -> bool {
+        self.states.get(drawn as usize).is_some_and(|state| state.drawn)
     }
 
     pub(super) const fn max_value(&self) -> f32 {
@@ -145,19 +145,19 @@ impl LuminanceMesh {
         waiting.map_or(self.sequence, |batch| batch.first_sequence.saturating_sub(1))
     }
 
-    /// Corner positions of a leaf.
-    pub(super) fn corners(&self, leaf: u32) -> [Vec3; 3] {
-        self.leaves.get(leaf).slots.map(|s| self.slots.get(s).position)
+    /// Corner positions of a drawn triangle.
+    pub(super) fn corners(&self, drawn: u32) -> [Vec3; 3] {
+        self.drawn_triangles.get(drawn).slots.map(|s| self.slots.get(s).position)
     }
 
-    /// What has waited longest, about `budget` leaves of it, triangles before values; a draw follows.
+    /// What has waited longest, about `budget` drawn triangles of it, triangles before values; a draw follows.
     pub(super) fn take_pending(&mut self, budget: usize) -> Vec<Batch> {
         let kept = self.values.len().min(budget / VALUES_SHARE);
         let mut taken = self.take_batches(budget - kept);
         let new: usize = taken.iter().map(|batch| batch.new.len()).sum();
         let values = self.take_values(budget.saturating_sub(new));
-        for leaf in taken.iter().flat_map(|batch| &batch.new) {
-            self.states[*leaf as usize].new_in = None;
+        for drawn in taken.iter().flat_map(|batch| &batch.new) {
+            self.states[*drawn as usize].new_in = None;
         }
         match taken.first_mut() {
             Some(batch) => batch.values = values,
@@ -166,7 +166,7 @@ impl LuminanceMesh {
         taken
     }
 
-    /// The first batches that wait, about `budget` leaves of them.
+    /// The first batches that wait, about `budget` drawn triangles of them.
     fn take_batches(&mut self, budget: usize) -> Vec<Batch> {
         let mut left = budget;
         let whole = self.batches.iter().take_while(|batch| match left.checked_sub(batch.new.len()) {
@@ -184,7 +184,7 @@ impl LuminanceMesh {
                 // A patch larger than all there is room for goes alone.
                 let first = batch.patches.first().filter(|_| part.new.is_empty() && taken.is_empty());
                 let alone = first.map(|patch| patch.new.end);
-                taken.push(alone.map_or(part, |leaves| batch.split_off_front(leaves)));
+                taken.push(alone.map_or(part, |drawn_triangles| batch.split_off_front(drawn_triangles)));
                 // What is drawn of the last batch may change again: later changes wait in another.
                 self.start_batch();
             }
@@ -193,16 +193,16 @@ impl LuminanceMesh {
         taken
     }
 
-    /// The first leaves whose values wait, at most `budget`. Those that are no longer part of the mesh, or whose turn to be drawn is
+    /// The first drawn triangles whose values wait, at most `budget`. Those that are no longer part of the mesh, or whose turn to be drawn is
     /// still to come, are dropped.
     fn take_values(&mut self, budget: usize) -> Vec<u32> {
         let mut taken = Vec::with_capacity(budget.min(self.values.len()));
-        while let Some(leaf) = self.values.front().copied().filter(|_| taken.len() < budget) {
+        while let Some(drawn) = self.values.front().copied().filter(|_| taken.len() < budget) {
             self.values.pop_front();
-            let state = &mut self.states[leaf as usize];
+            let state = &mut self.states[drawn as usize];
             state.waits = false;
             if state.drawn && state.new_in.is_none() {
-                taken.push(leaf);
+                taken.push(drawn);
             }
         }
         taken
@@ -212,12 +212,12 @@ impl LuminanceMesh {
     fn drop_pending(&mut self) -> u32 {
         self.serial += 1;
         let mut patches = self.values.len();
-        for leaf in self.values.drain(..) {
-            self.states[leaf as usize].waits = false;
+        for drawn in self.values.drain(..) {
+            self.states[drawn as usize].waits = false;
         }
         for batch in self.batches.drain(..) {
             patches += batch.patches.len();
-            batch.new.into_iter().for_each(|leaf| self.states[leaf as usize].new_in = None);
+            batch.new.into_iter().for_each(|drawn| self.states[drawn as usize].new_in = None);
         }
         patches as u32
     }
@@ -228,12 +228,12 @@ impl LuminanceMesh {
         self.drop_pending()
     }
 
-    /// Takes a batch of changes in: slots, leaves, then patches. Old triangles are read before they are overwritten.
+    /// Takes a batch of changes in: slots, drawn triangles, then patches. Old triangles are read before they are overwritten.
     pub(super) fn apply(&mut self, update: &Update) -> Result<()> {
         self.sequence = update.sequence;
         let mut structural = Vec::new();
         for patch in &update.patches {
-            let (old, new) = (leaf_ids(update, &patch.old)?, leaf_ids(update, &patch.new)?);
+            let (old, new) = (drawn_ids(update, &patch.old)?, drawn_ids(update, &patch.new)?);
             let changes = old != new;
             structural.push(changes.then(|| old.iter().map(|l| self.corners(l.0)).collect::<Vec<_>>()));
         }
@@ -241,33 +241,33 @@ impl LuminanceMesh {
             self.max_value = self.max_value.max(slot.diffuse.max_element()).max(slot.specular.max_element());
             self.slots.set(id.0, GpuSlot::from(slot));
         }
-        for (id, leaf) in &update.leaves {
-            self.define(id.0, GpuLeaf::from(leaf));
+        for (id, drawn) in &update.drawn_triangles {
+            self.define(id.0, GpuDrawnTriangle::from(drawn));
         }
         for (patch, old_corners) in update.patches.iter().zip(structural) {
             match old_corners {
                 Some(corners) => self.replace(update, patch, corners)?,
-                None => leaf_ids(update, &patch.new)?.iter().for_each(|l| self.refresh(l.0)),
+                None => drawn_ids(update, &patch.new)?.iter().for_each(|l| self.refresh(l.0)),
             }
         }
         Ok(())
     }
 
-    fn state(&mut self, leaf: u32) -> &mut LeafState {
-        let index = leaf as usize;
+    fn state(&mut self, drawn: u32) -> &mut DrawnState {
+        let index = drawn as usize;
         if index >= self.states.len() {
-            self.states.resize(index + 1, LeafState::NONE);
+            self.states.resize(index + 1, DrawnState::NONE);
         }
         &mut self.states[index]
     }
 
-    fn define(&mut self, id: u32, leaf: GpuLeaf) {
-        let known = self.leaves.get(id);
-        if leaf != known && self.state(id).new_in.is_some() {
-            // The leaf was recycled before it was drawn: its batch can no longer be.
+    fn define(&mut self, id: u32, drawn: GpuDrawnTriangle) {
+        let known = self.drawn_triangles.get(id);
+        if drawn != known && self.state(id).new_in.is_some() {
+            // The drawn triangle was recycled before it was drawn: its batch can no longer be.
             self.needs_full = true;
         }
-        self.leaves.set(id, leaf);
+        self.drawn_triangles.set(id, drawn);
     }
 
     /// The batch that takes more patches.
@@ -284,18 +284,18 @@ impl LuminanceMesh {
         self.batches.push(Batch { first_sequence: self.sequence, ..Batch::default() });
     }
 
-    /// The values of a leaf changed, its triangle did not. One that is still to be drawn will have them.
-    fn refresh(&mut self, leaf: u32) {
-        let state = self.state(leaf);
+    /// The values of a drawn triangle changed, its triangle did not. One that is still to be drawn will have them.
+    fn refresh(&mut self, drawn: u32) {
+        let state = self.state(drawn);
         if state.drawn && state.new_in.is_none() && !std::mem::replace(&mut state.waits, true) {
-            self.values.push_back(leaf);
+            self.values.push_back(drawn);
         }
     }
 
     /// Other triangles cover a region.
     fn replace(&mut self, update: &Update, patch: &Patch, old: Vec<[Vec3; 3]>) -> Result<()> {
         self.batch();
-        let gone = leaf_ids(update, &patch.old)?;
+        let gone = drawn_ids(update, &patch.old)?;
         let serial = self.serial;
         if gone.iter().any(|l| self.state(l.0).new_in == Some(serial)) {
             // What it marks is drawn only by this batch.
@@ -303,9 +303,9 @@ impl LuminanceMesh {
         }
         gone.iter().for_each(|l| self.state(l.0).drawn = false);
         let serial = self.serial;
-        let new = leaf_ids(update, &patch.new)?;
-        for leaf in new {
-            let state = self.state(leaf.0);
+        let new = drawn_ids(update, &patch.new)?;
+        for drawn in new {
+            let state = self.state(drawn.0);
             (state.drawn, state.new_in) = (true, Some(serial));
         }
         let batch = self.batch();
@@ -316,7 +316,7 @@ impl LuminanceMesh {
     }
 }
 
-fn leaf_ids<'u>(update: &'u Update, range: &Range<u32>) -> Result<&'u [LeafId]> {
-    let leaves = update.patch_leaves.get(range.start as usize..range.end as usize);
-    leaves.ok_or_else(|| Error::Internal("a patch names leaves outside its update".to_owned()))
+fn drawn_ids<'u>(update: &'u Update, range: &Range<u32>) -> Result<&'u [DrawnId]> {
+    let drawn_triangles = update.patch_triangles.get(range.start as usize..range.end as usize);
+    drawn_triangles.ok_or_else(|| Error::Internal("a patch names drawn_triangles outside its update".to_owned()))
 }

@@ -23,25 +23,25 @@ pub struct Layers {
     pub s: Vec<[f32; 3]>,
     /// Face id + 1; 0 without geometry.
     pub face_id: Vec<u32>,
-    /// Leaf id + 1; 0 where no leaf was drawn.
-    pub leaf_id: Vec<u32>,
+    /// DrawnTriangle id + 1; 0 where no drawn triangle was drawn.
+    pub drawn_id: Vec<u32>,
 }
 
 /// The luminance images, a value a pixel, row by row from the top left.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LuminanceLayers {
-    /// Diffuse luminance D as drawn: 0 where no leaf was.
+    /// Diffuse luminance D as drawn: 0 where no drawn triangle was.
     pub d: Vec<[f32; 3]>,
     /// Specular luminance S.
     pub s: Vec<[f32; 3]>,
-    /// Times that each pixel was written since all leaves were drawn, that time included, where the renderer was made to count
-    /// them; else 1 where a leaf was drawn. Exact up to 2048.
+    /// Times that each pixel was written since all drawn triangles were drawn, that time included, where the renderer was made to count
+    /// them; else 1 where a drawn triangle was drawn. Exact up to 2048.
     pub writes: Vec<u16>,
-    /// Leaf id + 1; 0 where no leaf was drawn.
-    pub leaf_id: Vec<u32>,
+    /// DrawnTriangle id + 1; 0 where no drawn triangle was drawn.
+    pub drawn_id: Vec<u32>,
 }
 
-/// Bytes a pixel of each copied image: linear, L_e, k_d, k_s, D, S, ids of faces and of leaves.
+/// Bytes a pixel of each copied image: linear, L_e, k_d, k_s, D, S, ids of faces and of drawn triangles.
 const LAYER_BYTES: [u64; 8] = [16, 8, 8, 8, 8, 8, 4, 4];
 
 /// A host-visible buffer that holds all layers of a frame at once.
@@ -60,8 +60,8 @@ impl ReadBack {
         pass.copy_image(&targets.ids, &self.buffer, 0);
     }
 
-    pub(super) fn record_leaf_ids<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
-        pass.copy_image(&targets.leaf_ids, &self.buffer, 0);
+    pub(super) fn record_drawn_ids<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
+        pass.copy_image(&targets.drawn_ids, &self.buffer, 0);
     }
 
     pub(super) fn record_display<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
@@ -70,16 +70,24 @@ impl ReadBack {
 
     pub(super) fn record_layers<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
         let (emission, kd, ks, ids) = (&targets.emission, &targets.kd, &targets.ks, &targets.ids);
-        let leaves = &targets.leaf_ids;
-        let images =
-            [&targets.linear, emission, kd, ks, &targets.filled_diffuse, &targets.filled_specular, ids, leaves];
+        let drawn_triangles = &targets.drawn_ids;
+        let images = [
+            &targets.linear,
+            emission,
+            kd,
+            ks,
+            &targets.filled_diffuse,
+            &targets.filled_specular,
+            ids,
+            drawn_triangles,
+        ];
         for (number, image) in images.into_iter().enumerate() {
             pass.copy_image(image, &self.buffer, self.offset(number));
         }
     }
 
     pub(super) fn record_luminance<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
-        let images = [(4, &targets.diffuse), (5, &targets.specular), (7, &targets.leaf_ids)];
+        let images = [(4, &targets.diffuse), (5, &targets.specular), (7, &targets.drawn_ids)];
         for (number, image) in images {
             pass.copy_image(image, &self.buffer, self.offset(number));
         }
@@ -92,7 +100,7 @@ impl ReadBack {
             d: self.colour(4, scale)?,
             s: self.colour(5, scale)?,
             writes: diffuse.iter().map(|h| h[3].to_f32() as u16).collect(),
-            leaf_id: self.buffer.read(self.offset(7), self.pixels)?,
+            drawn_id: self.buffer.read(self.offset(7), self.pixels)?,
         })
     }
 
@@ -100,7 +108,7 @@ impl ReadBack {
         LAYER_BYTES[..layer].iter().sum::<u64>() * self.pixels as u64
     }
 
-    /// What [`Self::record_ids`] or [`Self::record_leaf_ids`] copied.
+    /// What [`Self::record_ids`] or [`Self::record_drawn_ids`] copied.
     pub(super) fn ids(&self) -> Result<&[u32]> {
         self.buffer.view(0, self.pixels)
     }
@@ -119,7 +127,7 @@ impl ReadBack {
             d: self.colour(4, luminance_scale)?,
             s: self.colour(5, luminance_scale)?,
             face_id: self.buffer.read(self.offset(6), self.pixels)?,
-            leaf_id: self.buffer.read(self.offset(7), self.pixels)?,
+            drawn_id: self.buffer.read(self.offset(7), self.pixels)?,
         })
     }
 

@@ -4,11 +4,11 @@ use super::colour::Colour;
 use super::combine::Combine;
 use super::counters::Counters;
 use super::depth::{Depth, DepthOrder};
+use super::device_array::DeviceArray;
 use super::lookup::Lookup;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
-use super::mirror::Mirror;
-use super::pixel_counts::{Histogram, LeafCounts};
+use super::pixel_counts::{DrawnCounts, Histogram};
 use super::readback::{Layers, LuminanceLayers, ReadBack};
 use super::scene_buffers::SceneBuffers;
 use super::shared::FrameUniform;
@@ -17,7 +17,7 @@ use super::update::UpdateMode;
 use super::visibility::{Visibility, count_pixels};
 use super::warm_up;
 use crate::error::{Error, Result};
-use crate::refine::update::{LeafPixels, Update};
+use crate::refine::update::{DrawnPixels, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{FaceId, Scene};
 use crate::vk::buffer::BufferUse;
@@ -57,7 +57,7 @@ pub struct RendererOptions {
     pub modes: Vec<UpdateMode>,
     /// Whether to count how often each pixel is written ([`Renderer::read_luminance`]).
     pub count_writes: bool,
-    /// Whether the pixels of changed leaves are counted as they are drawn ([`Renderer::atomic_counts`]).
+    /// Whether the pixels of changed drawn triangles are counted as they are drawn ([`Renderer::atomic_counts`]).
     pub atomic_counts: bool,
 }
 
@@ -106,10 +106,10 @@ pub struct Renderer {
     pub(super) read_back: ReadBack,
     pub(super) scene: SceneBuffers,
     pub(super) mesh: LuminanceMesh,
-    pub(super) leaf_list: Mirror<u32>,
-    pub(super) marks: Mirror<Vec3>,
-    pub(super) list_references: Mirror<u32>,
-    pub(super) mark_references: Mirror<u32>,
+    pub(super) drawn_list: DeviceArray<u32>,
+    pub(super) marks: DeviceArray<Vec3>,
+    pub(super) list_references: DeviceArray<u32>,
+    pub(super) mark_references: DeviceArray<u32>,
     pub(super) uniform: Buffer,
     pub(super) bindings: Bindings,
     pub(super) commands: Commands,
@@ -126,12 +126,12 @@ pub struct Renderer {
     pub(super) luminance_scale: f32,
     /// What it was made for.
     pub(super) options: RendererOptions,
-    /// The mode whose patches changed the luminance images since all leaves were drawn: the depth that it left serves no
+    /// The mode whose patches changed the luminance images since all drawn triangles were drawn: the depth that it left serves no
     /// other.
     pub(super) depth_left_by: Option<UpdateMode>,
-    /// Where frames look leaves up.
+    /// Where frames look drawn triangles up.
     pub(super) lookup: Option<Lookup>,
-    /// Of the leaves that the frame looks up; 0 for all.
+    /// Of the drawn triangles that the frame looks up; 0 for all.
     pub(super) lookup_stamp: u32,
     /// What [`RendererOptions::atomic_counts`] counts.
     pub(super) counters: Counters,
@@ -140,7 +140,7 @@ pub struct Renderer {
     histogram: Histogram,
     /// Where the device counts exactly.
     pub(super) queries: Option<OcclusionQueries>,
-    pub(super) query_counts: Vec<LeafPixels>,
+    pub(super) query_counts: Vec<DrawnPixels>,
     /// Passes run since the last frame's statistics.
     pub(super) times: PassTimes,
     /// Last, so that it goes after everything made from it.
@@ -178,8 +178,8 @@ impl Renderer {
             read_back: ReadBack::new(&device, miniature.pixels())?,
             scene: SceneBuffers::new(&device, &mut commands, &Scene::default())?,
             mesh: LuminanceMesh::new(&device)?,
-            leaf_list: Mirror::new(&device, "leaf list")?,
-            marks: Mirror::new(&device, "marks")?,
+            drawn_list: DeviceArray::new(&device, "drawn list")?,
+            marks: DeviceArray::new(&device, "marks")?,
             view: View::new(&camera, miniature, 1.0),
             jitter: Vec2::ZERO,
             filter_width: 1.0,
@@ -190,8 +190,8 @@ impl Renderer {
             lookup: None,
             lookup_stamp: 0,
             counters: Counters::new(&device)?,
-            list_references: Mirror::new(&device, "list references")?,
-            mark_references: Mirror::new(&device, "mark references")?,
+            list_references: DeviceArray::new(&device, "list references")?,
+            mark_references: DeviceArray::new(&device, "mark references")?,
             stencil_works: options.depth.has_stencil(),
             options,
             histogram: Histogram::default(),
@@ -275,7 +275,7 @@ impl Renderer {
     }
 
     /// Draws face ids and counts the pixels of each visible face; sorted by face. The frames that follow draw the
-    /// leaves of these faces only, so this comes first after every move, a jittered one too.
+    /// drawn triangles of these faces only, so this comes first after every move, a jittered one too.
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
@@ -306,37 +306,37 @@ impl Renderer {
         self.lookup.as_mut().map_or(Ok(()), |lookup| lookup.apply(update, &self.mesh))
     }
 
-    /// Forgets which leaves are drawn (a new camera generation sends them again); their slots stay.
-    pub fn reset_leaves(&mut self) {
+    /// Forgets which drawn triangles are drawn (a new camera generation sends them again); their slots stay.
+    pub fn reset_drawn(&mut self) {
         self.mesh.reset();
         if let Some(lookup) = &mut self.lookup {
             lookup.reset();
         }
     }
 
-    /// Pixels of each leaf as the luminance images stand.
+    /// Pixels of each drawn triangle as the luminance images stand.
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
-    pub fn leaf_counts(&mut self) -> Result<LeafCounts> {
+    pub fn drawn_counts(&mut self) -> Result<DrawnCounts> {
         let Self { commands, targets, read_back, .. } = self;
         let mut recording = commands.begin()?;
-        recording.pass("readback", |pass| read_back.record_leaf_ids(pass, targets));
+        recording.pass("readback", |pass| read_back.record_drawn_ids(pass, targets));
         let times = recording.submit()?;
         self.times.extend(times);
         Ok(self.histogram.count((self.read_back.ids()?, &self.face_ids), &self.mesh, (&self.view, self.jitter)))
     }
 
-    /// What the queries of the last frame counted, in the order drawn: leaves with the pixels that each was drawn to.
+    /// What the queries of the last frame counted, in the order drawn: drawn triangles with the pixels that each was drawn to.
     #[must_use]
-    pub fn query_counts(&self) -> &[LeafPixels] {
+    pub fn query_counts(&self) -> &[DrawnPixels] {
         &self.query_counts
     }
 
-    /// Leaves drawn as parts of patches by the last frame, with the pixels that each was drawn to; none unless the renderer
-    /// was made to count them, or after a frame that drew all leaves.
+    /// Drawn triangles drawn as parts of patches by the last frame, with the pixels that each was drawn to; none unless the renderer
+    /// was made to count them, or after a frame that drew all drawn triangles.
     #[must_use]
-    pub fn atomic_counts(&self) -> &[LeafPixels] {
+    pub fn atomic_counts(&self) -> &[DrawnPixels] {
         self.counters.last()
     }
 

@@ -2,7 +2,7 @@
 
 use super::coplanar;
 use super::lit_materials::LitMaterials;
-use super::shared::{GpuDrawnTriangle, GpuMaterial, GpuTriangle};
+use super::shared::{GpuMaterial, GpuTriangle, GpuVisibilityTriangle};
 use super::texture_maps::TextureMaps;
 use crate::error::Result;
 use crate::scene::texture::Texture;
@@ -21,7 +21,7 @@ const TARGET_EXPONENT: f32 = 10.0;
 pub(super) struct SceneBuffers {
     pub positions: Buffer,
     pub triangles: Buffer,
-    pub drawn: Buffer,
+    pub visibility_triangles: Buffer,
     pub coplanar: Buffer,
     pub materials: Buffer,
     lit: LitMaterials,
@@ -57,7 +57,7 @@ impl SceneBuffers {
             positions: fill("positions", bytemuck::cast_slice(&scene.positions))?,
             triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene, &of_triangle)))?,
             colours,
-            drawn: fill("drawn triangles", bytemuck::cast_slice(&drawn))?,
+            visibility_triangles: fill("visibility triangles", bytemuck::cast_slice(&drawn))?,
             coplanar: fill("coplanar faces", bytemuck::cast_slice(&coplanar))?,
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
             textures: fill("textures", bytemuck::cast_slice(&maps.headers))?,
@@ -126,14 +126,14 @@ fn has_mask(scene: &Scene, triangle: TriangleId) -> bool {
 
 /// The triangles that go by their own depth, and the number of those without mask, which come first: only the others need the shader
 /// that discards.
-fn drawing_order(scene: &Scene) -> (Vec<GpuDrawnTriangle>, u32) {
+fn drawing_order(scene: &Scene) -> (Vec<GpuVisibilityTriangle>, u32) {
     let mut drawn = Vec::with_capacity(scene.triangles.len());
     let mut opaque_count = 0;
     for with_mask in [false, true] {
         opaque_count = drawn.len() as u32;
         let by_depth = triangles(scene).filter(|&t| scene.coplanar.member(t).is_none());
         let wanted = by_depth.filter(|&t| has_mask(scene, t) == with_mask);
-        drawn.extend(wanted.map(|t| GpuDrawnTriangle { corners: scene.triangles[t.0 as usize], id: t.0 }));
+        drawn.extend(wanted.map(|t| GpuVisibilityTriangle { corners: scene.triangles[t.0 as usize], id: t.0 }));
     }
     (drawn, opaque_count)
 }

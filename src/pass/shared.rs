@@ -1,7 +1,7 @@
 //! The structs that host and shaders share; `glsl/include/frame.glsl` is the other side, checked when compiling.
 
 use super::texture_maps::TextureMaps;
-use crate::refine::update::{Leaf, Slot};
+use crate::refine::update::{DrawnTriangle, Slot};
 use crate::scene::TriangleId;
 use crate::scene::material::Material;
 use crate::vk::shaders::host_matches_shader;
@@ -19,7 +19,7 @@ pub(super) struct FrameUniform {
     pub clip_from_world: [f32; 16],
     pub positions: u64,
     pub triangles: u64,
-    pub drawn: u64,
+    pub visibility_triangles: u64,
     pub coplanar: u64,
     pub materials: u64,
     pub textures: u64,
@@ -27,15 +27,15 @@ pub(super) struct FrameUniform {
     /// Address of three vertex colours a triangle; 0 without any.
     pub colours: u64,
     pub slots: u64,
-    pub leaves: u64,
-    pub leaf_list: u64,
+    pub drawn_triangles: u64,
+    pub drawn_list: u64,
     pub marks: u64,
     pub lookup_nodes: u64,
     pub lookup_roots: u64,
     pub list_references: u64,
     pub mark_references: u64,
-    /// Address of a counter a leaf.
-    pub leaf_pixels: u64,
+    /// Address of a counter a drawn triangle.
+    pub drawn_pixels: u64,
     pub eye: [f32; 3],
     pub forward: [f32; 3],
     pub right: [f32; 3],
@@ -51,9 +51,9 @@ pub(super) struct FrameUniform {
     pub filter_width: f32,
     /// Depth is this by the inverse of the distance along the view, plus the second.
     pub depth_of_inverse: [f32; 2],
-    /// Farther than any leaf, nearer than nothing.
+    /// Farther than any drawn triangle, nearer than nothing.
     pub background_depth: f32,
-    /// Of the leaves to look up; 0 for all.
+    /// Of the drawn triangles to look up; 0 for all.
     pub lookup_stamp: u32,
 }
 
@@ -69,7 +69,7 @@ pub(super) struct GpuTriangle {
 /// A triangle in drawing order.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct GpuDrawnTriangle {
+pub(super) struct GpuVisibilityTriangle {
     pub corners: [u32; 3],
     pub id: u32,
 }
@@ -120,24 +120,24 @@ pub(super) struct GpuSlot {
     pub specular: Vec3,
 }
 
-/// A leaf triangle.
+/// A drawn triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
-pub(super) struct GpuLeaf {
+pub(super) struct GpuDrawnTriangle {
     pub slots: [u32; 3],
     pub face: u32,
     /// The slot whose value it shows all over, or [`NONE`].
     pub flat_slot: u32,
 }
 
-/// A node of a face's tree; `NONE` for no child and no leaf.
+/// A node of a face's tree; `NONE` for no child and no drawn triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub(super) struct GpuLookupNode {
     pub child: u32,
     pub stamp: u32,
     pub codes: u32,
-    pub leaves: [u32; 4],
+    pub drawn_triangles: [u32; 4],
 }
 
 /// The tree of a face; `NONE` for no node.
@@ -149,15 +149,15 @@ pub(super) struct GpuLookupRoot {
 }
 
 host_matches_shader!(FrameUniform, frame, {
-    clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, drawn: DRAWN, coplanar: COPLANAR,
-    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, colours: COLOURS, slots: SLOTS, leaves: LEAVES,
-    leaf_list: LEAF_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
-    list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, leaf_pixels: LEAF_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
+    clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, visibility_triangles: VISIBILITY_TRIANGLES, coplanar: COPLANAR,
+    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, colours: COLOURS, slots: SLOTS, drawn_triangles: DRAWN_TRIANGLES,
+    drawn_list: DRAWN_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
+    list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, drawn_pixels: DRAWN_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
     exposure: EXPOSURE, tone_mapping: TONE_MAPPING, emits_back: EMITS_BACK, depth_of_inverse: DEPTH_OF_INVERSE, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
 });
 host_matches_shader!(GpuTriangle, triangle, { corners: CORNERS, material: MATERIAL, uv: UV });
-host_matches_shader!(GpuDrawnTriangle, drawn_triangle, { corners: CORNERS, id: ID });
+host_matches_shader!(GpuVisibilityTriangle, visibility_triangle, { corners: CORNERS, id: ID });
 host_matches_shader!(GpuCoplanarFace, coplanar_face, { normal: NORMAL, offset: OFFSET, face: FACE, towards: TOWARDS });
 host_matches_shader!(GpuMaterial, material, {
     kd: KD, map_kd: MAP_KD, ks: KS, map_d: MAP_D, ke: KE, map_ke: MAP_KE,
@@ -166,9 +166,9 @@ host_matches_shader!(GpuTexture, texture, {
     extent: EXTENT, levels: LEVELS, flags: FLAGS, scale: SCALE, offset: OFFSET, first: FIRST,
 });
 host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT, diffuse: DIFFUSE, specular: SPECULAR });
-host_matches_shader!(GpuLookupNode, lookup_node, { child: CHILD, stamp: STAMP, codes: CODES, leaves: LEAVES });
+host_matches_shader!(GpuLookupNode, lookup_node, { child: CHILD, stamp: STAMP, codes: CODES, drawn_triangles: DRAWN_TRIANGLES });
 host_matches_shader!(GpuLookupRoot, lookup_root, { node: NODE, stamp: STAMP });
-host_matches_shader!(GpuLeaf, leaf, { slots: SLOTS, face: FACE, flat_slot: FLAT_SLOT });
+host_matches_shader!(GpuDrawnTriangle, drawn_triangle, { slots: SLOTS, face: FACE, flat_slot: FLAT_SLOT });
 
 impl GpuMaterial {
     pub(super) fn new(material: &Material, maps: &TextureMaps) -> Self {
@@ -189,14 +189,14 @@ impl From<&Slot> for GpuSlot {
     }
 }
 
-impl From<&Leaf> for GpuLeaf {
-    fn from(leaf: &Leaf) -> Self {
-        Self { slots: leaf.slots.map(|s| s.0), face: leaf.face.0, flat_slot: leaf.flat.map_or(NONE, |s| s.0) }
+impl From<&DrawnTriangle> for GpuDrawnTriangle {
+    fn from(drawn: &DrawnTriangle) -> Self {
+        Self { slots: drawn.slots.map(|s| s.0), face: drawn.face.0, flat_slot: drawn.flat.map_or(NONE, |s| s.0) }
     }
 }
 
-impl GpuLeaf {
-    /// The triangle that the leaf lies on.
+impl GpuDrawnTriangle {
+    /// The triangle that the drawn triangle lies on.
     pub(super) const fn triangle(self) -> TriangleId {
         TriangleId(self.face >> 1)
     }

@@ -18,19 +18,19 @@ pub(super) struct Targets {
     pub ks: Image,
     /// L_e times the emission scale.
     pub emission: Image,
-    /// D times the luminance scale; A is 1 where a leaf was drawn, 0 elsewhere.
+    /// D times the luminance scale; A is 1 where a drawn triangle was drawn, 0 elsewhere.
     pub diffuse: Image,
     /// S likewise.
     pub specular: Image,
-    /// Leaf id + 1, 0 where none was drawn.
-    pub leaf_ids: Image,
-    /// The luminance pass's own: it holds the depth of leaves, not of the scene's triangles.
+    /// DrawnTriangle id + 1, 0 where none was drawn.
+    pub drawn_ids: Image,
+    /// The luminance pass's own: it holds the depth of drawn triangles, not of the scene's triangles.
     pub luminance_depth: Image,
     /// The picture as displayed.
     pub display: Image,
     /// The picture in linear light; A is the coverage.
     pub linear: Image,
-    /// D and S with values where no leaf was drawn but a face shows.
+    /// D and S with values where no drawn triangle was drawn but a face shows.
     pub filled_diffuse: Image,
     pub filled_specular: Image,
 }
@@ -48,7 +48,7 @@ impl Targets {
             emission: colour("L_e")?,
             diffuse: colour("D")?,
             specular: colour("S")?,
-            leaf_ids: Image::colour(device, "leaf ids", extent, ID_FORMAT)?,
+            drawn_ids: Image::colour(device, "drawn ids", extent, ID_FORMAT)?,
             luminance_depth: Image::depth_stencil(device, "luminance depth", extent, depth.format)?,
             display: Image::colour(device, "display", extent, DISPLAY_FORMAT)?,
             linear: Image::colour(device, "linear", extent, LINEAR_FORMAT)?,
@@ -71,7 +71,21 @@ impl Targets {
         let (depth, own) = (&self.visibility_depth, &self.luminance_depth);
         let pictures = (&self.display, &self.linear, &self.filled_diffuse, &self.filled_specular);
         let (display, linear, filled_diffuse, filled_specular) = pictures;
-        let leaves = &self.leaf_ids;
-        [ids, depth, kd, ks, emission, diffuse, specular, leaves, own, display, linear, filled_diffuse, filled_specular]
+        let drawn_triangles = &self.drawn_ids;
+        [
+            ids,
+            depth,
+            kd,
+            ks,
+            emission,
+            diffuse,
+            specular,
+            drawn_triangles,
+            own,
+            display,
+            linear,
+            filled_diffuse,
+            filled_specular,
+        ]
     }
 }

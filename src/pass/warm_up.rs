@@ -5,7 +5,7 @@ use super::frame::FrameOptions;
 use super::renderer::Renderer;
 use super::update::UpdateMode;
 use crate::error::Result;
-use crate::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
+use crate::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use crate::scene::camera::{Camera, ImageSize};
 use crate::scene::material::{Material, MaterialId};
 use crate::scene::texture::{Texture, TextureId};
@@ -34,7 +34,7 @@ impl Renderer {
         let (combine, update_mode) = (Some(Display::default()), UpdateMode::Full);
         let full = FrameOptions { full_luminance: true, colour: true, combine, update_mode, queries: 0 };
 
-        self.apply(&leaves(&scene, &visible, None, 0))?;
+        self.apply(&drawn_triangles(&scene, &visible, None, 0))?;
         self.frame(&full)?;
         for mode in self.options.modes.clone() {
             self.warm_up_mode(&scene, &visible, mode)?;
@@ -43,21 +43,21 @@ impl Renderer {
         self.load(&Scene::default())
     }
 
-    /// Leaves, the same with other values, then others in their place, and one that was never drawn.
+    /// Drawn triangles, the same with other values, then others in their place, and one that was never drawn.
     fn warm_up_mode(&mut self, scene: &Scene, visible: &[FaceId], update_mode: UpdateMode) -> Result<()> {
         let patches = FrameOptions { update_mode, ..FrameOptions::default() };
-        self.reset_leaves();
-        self.apply(&leaves(scene, visible, None, 0))?;
+        self.reset_drawn();
+        self.apply(&drawn_triangles(scene, visible, None, 0))?;
         self.frame(&FrameOptions { full_luminance: true, ..patches })?;
-        self.apply(&leaves(scene, visible, Some(0), 0))?;
+        self.apply(&drawn_triangles(scene, visible, Some(0), 0))?;
         self.frame(&patches)?;
-        self.apply(&leaves(scene, visible, Some(0), 1))?;
+        self.apply(&drawn_triangles(scene, visible, Some(0), 1))?;
         self.frame(&patches)?;
         if update_mode.needs_stencil() {
             let layers = self.read_layers()?;
             self.stencil_works &= self.find_missed(&layers.d) == 0;
         }
-        self.apply(&leaves(scene, &visible[..visible.len().min(1)], None, 2))?;
+        self.apply(&drawn_triangles(scene, &visible[..visible.len().min(1)], None, 2))?;
         self.frame(&patches).map(|_| ())
     }
 
@@ -67,13 +67,13 @@ impl Renderer {
     }
 }
 
-/// D that leaves of a generation carry.
+/// D that drawn triangles of a generation carry.
 fn brightness(generation: u32) -> f32 {
     1.0 + generation as f32
 }
 
-/// Leaves of `generation` over whole faces, in place of those of `old` or of none.
-fn leaves(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation: u32) -> Update {
+/// Drawn triangles of `generation` over whole faces, in place of those of `old` or of none.
+fn drawn_triangles(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation: u32) -> Update {
     let mut update = Update::default();
     let id = |generation: u32, face: FaceId| generation * 2 * TRIANGLES + face.0;
     for &face in faces {
@@ -83,11 +83,11 @@ fn leaves(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation: u32) ->
         for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
             update.slots.push((*slot, Slot { position, weight: 1.0, diffuse, specular: diffuse }));
         }
-        update.leaves.push((LeafId(new), Leaf { slots, face, level: 0, flat: None }));
-        let start = update.patch_leaves.len() as u32;
-        update.patch_leaves.extend(old.map(|old| LeafId(id(old, face))));
-        let middle = update.patch_leaves.len() as u32;
-        update.patch_leaves.push(LeafId(new));
+        update.drawn_triangles.push((DrawnId(new), DrawnTriangle { slots, face, level: 0, flat: None }));
+        let start = update.patch_triangles.len() as u32;
+        update.patch_triangles.extend(old.map(|old| DrawnId(id(old, face))));
+        let middle = update.patch_triangles.len() as u32;
+        update.patch_triangles.push(DrawnId(new));
         update.patches.push(Patch { face, old: start..middle, new: middle..middle + 1 });
     }
     update

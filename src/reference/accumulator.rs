@@ -2,9 +2,9 @@
 
 use super::Settings;
 use super::path::{Sample, Tracer};
+use crate::light::context::SceneContext;
 use crate::math::combine;
 use crate::scene::camera::{ImageSize, View};
-use crate::shade::world::World;
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 
@@ -97,14 +97,20 @@ impl Accumulator {
 
     /// Takes one more sample a pixel on the current thread pool; the same whatever the number of threads. `stop` is asked
     /// every few pixels: a pass that it breaks off is left out entirely.
-    pub fn pass(&mut self, world: &World<'_>, view: &View, settings: Settings, stop: impl Fn() -> bool + Sync) -> Pass {
+    pub fn pass(
+        &mut self,
+        context: &SceneContext<'_>,
+        view: &View,
+        settings: Settings,
+        stop: impl Fn() -> bool + Sync,
+    ) -> Pass {
         let index = self.samples;
         let runs: Vec<Option<(Vec<Sample>, u64)>> = self
             .indices
             .par_chunks(RUN)
             .map(|pixels| {
                 (!stop()).then(|| {
-                    let mut tracer = Tracer::new(world, settings);
+                    let mut tracer = Tracer::new(context, settings);
                     let mut samples = Vec::with_capacity(pixels.len());
                     tracer.pixels(view, pixels, index, &mut samples);
                     (samples, tracer.rays())

@@ -5,11 +5,11 @@ use super::random::Random;
 use super::surface::Surface;
 use super::{Settings, Strategy, Transport};
 use crate::geom::Ray;
+use crate::light::context::SceneContext;
+use crate::light::lights::{Source, delta_arrival};
+use crate::light::selection::{Drawn, LightChoice};
 use crate::math::luminance;
 use crate::scene::TriangleId;
-use crate::shade::light_choice::{Drawn, LightChoice};
-use crate::shade::lights::{Source, delta_arrival};
-use crate::shade::world::World;
 use glam::Vec3;
 
 /// Lights of which each point of a path takes all; above, it draws some by their bounds.
@@ -43,24 +43,24 @@ impl Tracer<'_> {
     /// Samples the direct light reflected at a point of a path: `point` chooses that of the first light. Returns what
     /// [`Self::expected`] refers to.
     pub(super) fn direct(&mut self, lit: Lit<'_>, random: &Random, point: [f32; 2]) -> f32 {
-        let (world, settings, Lit { surface, .. }) = (self.world, self.settings, lit);
+        let (context, settings, Lit { surface, .. }) = (self.context, self.settings, lit);
         let mut add = |light: usize, expected: f32, k: u32| {
             let point = if k == 0 { point } else { random.other_light(k) };
-            let found = light_of(world, settings, surface, (light, expected), point);
+            let found = light_of(context, settings, surface, (light, expected), point);
             let shadow = |(ray, light)| Shadow { ray, sample: lit.sample, light: lit.throughput * light / expected };
             self.shadows.extend(found.map(shadow));
         };
-        let count = world.lights.sources.len();
+        let count = context.lights.sources.len();
         if count <= SAMPLE_ALL {
             (0..count).zip(0..).for_each(|(light, k)| add(light, 1.0, k));
             return 0.0;
         }
-        self.choice.prepare(world.lights, surface.origin, surface.normal);
+        self.choice.prepare(context.lights, surface.origin, surface.normal);
         let drawn = if lit.bounces == 0 { DRAWN[0] } else { DRAWN[1] };
         for k in 0..drawn {
             // Evenly spread, so that strong lights get their shares.
             let pick = (random.pick() + k as f32) / drawn as f32;
-            if let Some(Drawn { light, inverse_chance }) = self.choice.draw(world.lights, pick) {
+            if let Some(Drawn { light, inverse_chance }) = self.choice.draw(context.lights, pick) {
                 add(light, drawn as f32 / inverse_chance, k);
             }
         }
@@ -69,7 +69,7 @@ impl Tracer<'_> {
 
     /// How many samples of a light [`Self::direct`] takes at a surface on average, where it returned `bounds`.
     fn expected(&self, surface: &Surface, bounds: f32, light: usize) -> f32 {
-        let lights = self.world.lights;
+        let lights = self.context.lights;
         let at = (surface.origin, surface.normal);
         if lights.sources.len() <= SAMPLE_ALL { 1.0 } else { LightChoice::chance_of(lights, at, bounds, light) }
     }
@@ -84,7 +84,7 @@ impl Tracer<'_> {
         offset: Vec3,
         density: f32,
     ) -> f32 {
-        let lights = self.world.lights;
+        let lights = self.context.lights;
         let Some(light) = lights.of_triangle(triangle) else { return 1.0 };
         match (self.settings.strategy, &lights.sources[light]) {
             (Strategy::Lights, _) => 0.0,
@@ -99,17 +99,17 @@ impl Tracer<'_> {
 
 /// One sample of one light, of as many as are expected: a shadow ray, and what is reflected if nothing lies on it.
 fn light_of(
-    world: &World<'_>,
+    context: &SceneContext<'_>,
     settings: Settings,
     surface: &Surface,
     (light, expected): (usize, f32),
     point: [f32; 2],
 ) -> Option<(Ray, Vec3)> {
     let both = settings.transport != Transport::Direct;
-    let arrival = match &world.lights.sources[light] {
+    let arrival = match &context.lights.sources[light] {
         Source::Delta(kind) => delta_arrival(kind, surface.origin)?,
         Source::Area(_) if both && settings.strategy == Strategy::Reflection => return None,
-        Source::Area(area) => area.sample_for(world.scene, (surface.origin, surface.normal), point)?,
+        Source::Area(area) => area.sample_for(context.scene, (surface.origin, surface.normal), point)?,
     };
     let response = surface.response(arrival.direction);
     let value = surface.reflect(response) * arrival.facing;

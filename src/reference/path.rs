@@ -6,11 +6,11 @@ use super::random::Random;
 use super::surface::{Bounce, Surface};
 use super::{Filter, Settings, Transport};
 use crate::geom::{Hit, Ray};
+use crate::light::context::SceneContext;
+use crate::light::selection::LightChoice;
 use crate::math::combine;
 use crate::scene::camera::View;
 use crate::scene::footprint::Footprint;
-use crate::shade::light_choice::LightChoice;
-use crate::shade::world::World;
 use glam::{Vec2, Vec3};
 
 /// Bounces that every path makes before Russian roulette may end it.
@@ -62,7 +62,7 @@ struct Path {
 
 /// Traces paths.
 pub struct Tracer<'a> {
-    pub(super) world: &'a World<'a>,
+    pub(super) context: &'a SceneContext<'a>,
     pub(super) settings: Settings,
     /// The choice of a light where direct light was last sampled.
     pub(super) choice: LightChoice,
@@ -82,9 +82,9 @@ fn primary(view: &View, point: Vec2) -> Ray {
 
 impl<'a> Tracer<'a> {
     /// A tracer that has traced nothing.
-    pub fn new(world: &'a World<'a>, settings: Settings) -> Self {
+    pub fn new(context: &'a SceneContext<'a>, settings: Settings) -> Self {
         let (choice, shadows, paths, hits) = (LightChoice::default(), Vec::new(), Vec::new(), Vec::new());
-        Self { world, settings, choice, shadows, paths, hits, rays: 0 }
+        Self { context, settings, choice, shadows, paths, hits, rays: 0 }
     }
 
     /// Rays traced so far.
@@ -121,7 +121,7 @@ impl<'a> Tracer<'a> {
 
     /// The seed of a pixel, and a point of it.
     fn point(&self, view: &View, pixel: u32, index: u32) -> (u64, Vec2) {
-        let seed = combine(self.world.seed, pixel.into());
+        let seed = combine(self.context.seed, pixel.into());
         let offset = match self.settings.filter {
             Filter::Point => Vec2::splat(0.5),
             Filter::Box => Random::new(seed, 0, index).within_pixel(),
@@ -132,7 +132,7 @@ impl<'a> Tracer<'a> {
 
     /// The first hit of a path.
     fn begin(&mut self, view: &View, seed: u64, point: Vec2, hit: &Hit, (index, sample): (u32, usize)) -> Sample {
-        let scene = self.world.scene;
+        let scene = self.context.scene;
         // Many points of a pixel filter textures by themselves; a single one does as the colour pass.
         let width = if self.settings.filter == Filter::Point { 1.0 } else { 0.0 };
         let footprint = Footprint::of_pixel(scene, view, hit.triangle, point, width);
@@ -146,7 +146,7 @@ impl<'a> Tracer<'a> {
 
     /// Whether a point of the image lies on an edge as exactly as a rasteriser can tell.
     fn is_tied(&mut self, view: &View, point: Vec2, hit: &Hit) -> bool {
-        let scene = self.world.scene;
+        let scene = self.context.scene;
         let side = |hit: &Hit| scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
         [Vec2::X, Vec2::Y, Vec2::NEG_X, Vec2::NEG_Y].into_iter().any(|offset| {
             self.closest(&primary(view, point + offset * SNAP)).is_none_or(|beside| {
@@ -179,7 +179,7 @@ impl<'a> Tracer<'a> {
     fn add_light(&mut self, samples: &mut [Sample]) {
         self.rays += self.shadows.len() as u64;
         for shadow in &self.shadows {
-            if !self.world.bvh.occluded(self.world.scene, &shadow.ray) {
+            if !self.context.bvh.occluded(self.context.scene, &shadow.ray) {
                 samples[shadow.sample].radiance += shadow.light;
             }
         }
@@ -194,7 +194,7 @@ impl<'a> Tracer<'a> {
         let mut of_paths = hits.iter();
         paths.retain_mut(|path| {
             let (Some(Some(hit)), Some(bounce)) = (of_paths.next(), path.bounce.take()) else { return false };
-            let next = Surface::new(self.world.scene, &bounce.ray, hit);
+            let next = Surface::new(self.context.scene, &bounce.ray, hit);
             let emitted = self.emitted(path, &bounce, hit, next.point - path.surface.origin);
             samples[path.sample].radiance += path.throughput * bounce.of_source * emitted;
             (path.hit, path.surface) = (*hit, next);
@@ -212,7 +212,7 @@ impl<'a> Tracer<'a> {
     /// Looks up the colours of surfaces that bounces lead to: in a loop of its own, so that memory is asked for many at a time.
     fn paint(&mut self) {
         for path in &mut self.paths {
-            let kd = self.world.scene.kd_at(path.hit.triangle, path.hit.u, path.hit.v);
+            let kd = self.context.scene.kd_at(path.hit.triangle, path.hit.u, path.hit.v);
             if self.settings.transport == Transport::Method {
                 path.surface.paint_diffuse(kd);
             } else {
@@ -223,7 +223,7 @@ impl<'a> Tracer<'a> {
 
     /// What is emitted where a bounce ended, `offset` away, as far as sampling the lights at the surface before leaves it.
     fn emitted(&self, from: &Path, bounce: &Bounce, hit: &Hit, offset: Vec3) -> Vec3 {
-        let scene = self.world.scene;
+        let scene = self.context.scene;
         if !scene.face_emits(hit.face()) {
             return Vec3::ZERO;
         }
@@ -233,7 +233,7 @@ impl<'a> Tracer<'a> {
 
     fn closest(&mut self, ray: &Ray) -> Option<Hit> {
         self.rays += 1;
-        self.world.bvh.closest(self.world.scene, ray)
+        self.context.bvh.closest(self.context.scene, ray)
     }
 }
 

@@ -1,10 +1,10 @@
 //! A surface point as the reflection model sees it: evaluation, and directions drawn by it.
 
+use crate::bsdf::lobe;
 use crate::geom::{Hit, Ray};
+use crate::light::lights::Arrival;
 use crate::math::triangle::unit_normal;
 use crate::scene::Scene;
-use crate::shade::lights::Arrival;
-use crate::shade::phong::lobe;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 

@@ -1,7 +1,7 @@
 //! What the GPU has drawn and counted comes in: pixels steer refinement.
 
 use super::engine::{Counted, Engine};
-use super::update::{LeafId, LeafPixels};
+use super::update::{DrawnId, DrawnPixels};
 use crate::cache::topology::NodeId;
 use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -17,7 +17,7 @@ struct NodePixels {
 pub(super) const FEW_PIXELS: u32 = 3;
 
 impl NodePixels {
-    fn add(&mut self, counted: &LeafPixels) {
+    fn add(&mut self, counted: &DrawnPixels) {
         self.pixels += counted.pixels;
         self.ray = self.ray.or(counted.ray);
     }
@@ -48,13 +48,14 @@ impl Engine {
     }
 
     /// Brings the leaves' pixels up to date; returns the leaves that have others now.
-    fn recount(&mut self, counted: &Counted, pixels: &[LeafPixels]) -> Vec<NodeId> {
+    fn recount(&mut self, counted: &Counted, pixels: &[DrawnPixels]) -> Vec<NodeId> {
         let due = if counted.complete { self.published.due_for_count(counted.sequence) } else { self.listed(pixels) };
         let mut by_node: FxHashMap<NodeId, NodePixels> =
             due.into_iter().map(|id| (id, NodePixels::default())).collect();
-        let is_new = |leaf: &&LeafPixels| !counted.complete || self.published.is_uncounted(leaf.leaf, counted.sequence);
+        let is_new =
+            |leaf: &&DrawnPixels| !counted.complete || self.published.is_uncounted(leaf.drawn, counted.sequence);
         for leaf in pixels.iter().filter(is_new) {
-            if let Some(found) = by_node.get_mut(&self.cache.leaves[leaf.leaf.0].node) {
+            if let Some(found) = by_node.get_mut(&self.cache.drawn[leaf.drawn.0].node) {
                 found.add(leaf);
             }
         }
@@ -65,9 +66,9 @@ impl Engine {
     }
 
     /// Nodes all of whose triangles are listed.
-    fn listed(&self, pixels: &[LeafPixels]) -> Vec<NodeId> {
-        let listed: FxHashSet<LeafId> = pixels.iter().map(|leaf| leaf.leaf).collect();
-        let mut nodes: Vec<NodeId> = listed.iter().map(|leaf| self.cache.leaves[leaf.0].node).collect();
+    fn listed(&self, pixels: &[DrawnPixels]) -> Vec<NodeId> {
+        let listed: FxHashSet<DrawnId> = pixels.iter().map(|pixels| pixels.drawn).collect();
+        let mut nodes: Vec<NodeId> = listed.iter().map(|leaf| self.cache.drawn[leaf.0].node).collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes.retain(|id| self.cache.topology.nodes[id.0].drawn.iter().all(|leaf| listed.contains(leaf)));

@@ -1,24 +1,24 @@
 //! The engine: owns the cache; batches in two phases, trace (shared, read only) and apply (alone, in job order).
 
-use super::audit::Audits;
-use super::hidden::HiddenShadows;
+use super::error_model::{ErrorModel, Reflectances};
 use super::image_error::ImageError;
+use super::miss_rate::MissRate;
 use super::options::Options;
-use super::priority::{Judge, Reflectances};
+use super::pixel_checks::PixelChecks;
 use super::publish::Published;
 use super::queue::{Queue, Task};
-use super::update::{EngineStats, LeafPixels, Update};
+use super::update::{DrawnPixels, EngineStats, Update};
 use super::workers::{Workers, thread_nanoseconds};
-use crate::cache::dynamic::{Cache, Light, SlotId};
+use crate::cache::dynamic::{Cache, Luminance, SlotId};
 use crate::cache::luminance;
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 use crate::cache::weld::Weld;
 use crate::geom::bvh::Bvh;
+use crate::light::context::SceneContext;
+use crate::light::lights::Lights;
 use crate::scene::camera::View;
 use crate::scene::{FaceId, Scene};
-use crate::shade::lights::Lights;
-use crate::shade::world::World;
 use glam::Vec3;
 use rustc_hash::FxHashSet;
 use std::collections::VecDeque;
@@ -55,7 +55,7 @@ pub struct Counted {
     /// Last update that was drawn completely.
     pub sequence: u64,
     /// Triangles with their pixels. `None` if nothing was counted.
-    pub pixels: Option<Vec<LeafPixels>>,
+    pub pixels: Option<Vec<DrawnPixels>>,
     /// Whether drawn triangles that are missing have no pixels; otherwise they were not counted.
     pub complete: bool,
 }
@@ -96,9 +96,9 @@ pub struct Engine {
     /// How often since indirect light was surveyed.
     pub(super) predicted: u64,
     /// What leaves have turned out to hide.
-    pub(super) hidden: HiddenShadows,
+    pub(super) hidden: MissRate,
     /// What pixels of leaves have turned out to show.
-    pub(super) audits: Audits,
+    pub(super) checks: PixelChecks,
     /// Clock of the engine's own thread when it was made, nanoseconds.
     pub(super) born: u64,
 }
@@ -111,8 +111,8 @@ impl Engine {
     /// An engine with an empty cache.
     #[must_use]
     pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, options: Options) -> Self {
-        let lights = Lights::in_meshes(&scene, options.max_light_meshes);
-        let mut cache = Cache::new(&scene, lights.mesh_count());
+        let lights = Lights::in_groups(&scene, options.max_light_groups);
+        let mut cache = Cache::new(&scene, lights.group_count());
         cache.indirect.filter = options.filter;
         Self {
             weld: Weld::new(&scene),
@@ -124,7 +124,7 @@ impl Engine {
             eye: Vec3::ZERO,
             generation: 0,
             seen: (Vec3::ZERO, None, Vec::new()),
-            audits: Audits::default(),
+            checks: PixelChecks::default(),
             roots: Vec::new(),
             published: Published::default(),
             image: ImageError::default(),
@@ -134,7 +134,7 @@ impl Engine {
             predicting: Vec::new(),
             predicted_at: 0,
             predicted: 0,
-            hidden: HiddenShadows::default(),
+            hidden: MissRate::default(),
             born: thread_nanoseconds(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),
             scene,
@@ -153,8 +153,8 @@ impl Engine {
 
     /// What estimators read.
     #[must_use]
-    pub fn world(&self) -> World<'_> {
-        World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale)
+    pub fn context(&self) -> SceneContext<'_> {
+        SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale)
     }
 
     /// The image that is made, if it is known.
@@ -163,8 +163,8 @@ impl Engine {
     }
 
     /// What keys are computed from.
-    pub(super) fn judge(&self) -> Judge<'_> {
-        Judge {
+    pub(super) fn error_model(&self) -> ErrorModel<'_> {
+        ErrorModel {
             scene: &self.scene,
             cache: &self.cache,
             reflectances: &self.reflectances,
@@ -173,7 +173,7 @@ impl Engine {
             mean: self.image.mean(),
             generation: self.generation,
             hidden: self.hidden.expected(),
-            audits: self.seen.1.is_some(),
+            checks: self.seen.1.is_some(),
         }
     }
 
@@ -220,8 +220,8 @@ impl Engine {
                 if let Some(before) = stays {
                     let current = node.inner.iter_mut().filter(|inner| inner.generation == before);
                     current.for_each(|inner| inner.generation = self.generation);
-                    if work.audited == before {
-                        work.audited = self.generation;
+                    if work.checked == before {
+                        work.checked = self.generation;
                     }
                 } else {
                     work.share = pixels as f32 * 0.25_f32.powi(i32::from(node.level));
@@ -234,7 +234,7 @@ impl Engine {
         }
         for &leaf in &all {
             let drawn = &self.cache.topology.nodes[leaf.0].drawn;
-            let stale = stays.is_none() && drawn.iter().any(|l| self.cache.leaves[l.0].leaf.flat.is_some());
+            let stale = stays.is_none() && drawn.iter().any(|l| self.cache.drawn[l.0].triangle.flat.is_some());
             if drawn.is_empty() || stale {
                 self.retire_drawn(leaf);
                 self.draw_node(leaf);
@@ -246,7 +246,7 @@ impl Engine {
     /// Slots that the visible leaves are drawn with.
     fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
         let drawn = leaves.iter().flat_map(|l| &self.cache.topology.nodes[l.0].drawn);
-        let mut slots: Vec<SlotId> = drawn.flat_map(|l| self.cache.leaves[l.0].leaf.all_slots()).collect();
+        let mut slots: Vec<SlotId> = drawn.flat_map(|l| self.cache.drawn[l.0].triangle.all_slots()).collect();
         slots.sort_unstable();
         slots.dedup();
         slots
@@ -301,7 +301,7 @@ impl Engine {
     pub fn is_idle(&self) -> bool {
         self.first_visits.is_empty()
             && self.queue.is_empty()
-            && self.audits.are_done()
+            && self.checks.are_done()
             && self.tolerance <= self.options.tolerance
     }
 
@@ -314,19 +314,19 @@ impl Engine {
 
     /// Computes D and S of slots on all workers; the slots are then due to be sent.
     pub(super) fn evaluate(&mut self, slots: &[SlotId]) {
-        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
+        let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
         let (cache, eye) = (&self.cache, self.eye);
         let values = self.workers.map_chunks(slots, |chunk| {
-            chunk.iter().map(|&slot| luminance::shown(&world, cache, slot, eye)).collect::<Vec<_>>()
+            chunk.iter().map(|&slot| luminance::shown(&context, cache, slot, eye)).collect::<Vec<_>>()
         });
         for (&slot, shown) in slots.iter().zip(values.into_iter().flatten()) {
             let record = &mut self.cache.slots[slot.0];
-            record.direct = Light {
+            record.direct = Luminance {
                 diffuse: shown.diffuse.value,
                 specular: shown.specular,
                 variance: shown.diffuse.variance,
                 known: self.cache.vertices[record.vertex.0].progress.visited,
-                ..Light::default()
+                ..Luminance::default()
             };
             self.cache.vertices[record.vertex.0].progress.left = shown.left;
         }

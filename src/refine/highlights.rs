@@ -2,16 +2,16 @@
 //! of a leaf know nothing.
 
 use super::engine::Engine;
-use crate::cache::inner::weights_on_ray;
-use crate::cache::middle;
+use crate::cache::pixel_vertex::weights_on_ray;
 use crate::cache::topology::NodeId;
+use crate::cache::visibility_probe;
+use crate::light::highlight::GlossyTriangle;
 use crate::math::luminance;
-use crate::shade::highlight::GlossyTriangle;
 use glam::Vec3;
 
 /// Luminance against the image's mean, or what the leaf shows, below which a highlight is not looked for.
 const FLOOR: f32 = 0.02;
-/// Share of a leaf that a surprise in its middle stands for.
+/// Share of a leaf that a mismatch in its middle stands for.
 const SHARE_OF_MIDDLE: f32 = 0.5;
 
 /// A highlight that a leaf's corners do not show.
@@ -33,9 +33,9 @@ impl Engine {
     /// Traces a ray to each strong light from the middle of leaves that nothing else would split, or from where a pixel sees
     /// those of few pixels; once for each leaf.
     pub(super) fn probe_middles(&mut self, nodes: &[NodeId]) {
-        let judge = self.judge();
-        let silent: Vec<NodeId> = nodes.iter().copied().filter(|&node| judge.wants_probe(node)).collect();
-        let (world, cache, eye) = (self.world(), &self.cache, self.eye);
+        let error_model = self.error_model();
+        let silent: Vec<NodeId> = nodes.iter().copied().filter(|&node| error_model.wants_probe(node)).collect();
+        let (context, cache, eye) = (self.context(), &self.cache, self.eye);
         let point = |node: NodeId| {
             let ray = cache.topology.nodes[node.0].work.ray;
             let seen = ray.and_then(|ray| weights_on_ray(cache.corner_positions(node), eye, ray));
@@ -45,14 +45,14 @@ impl Engine {
             let mut rays = 0;
             let found = chunk
                 .iter()
-                .map(|&node| middle::surprise(&world, cache, point(node), 0, &mut rays))
+                .map(|&node| visibility_probe::mismatch(&context, cache, point(node), 0, &mut rays))
                 .collect::<Vec<_>>();
             (found, rays)
         });
         self.stats.rays += found.iter().map(|(_, rays)| rays).sum::<u64>();
-        for (node, surprise) in silent.into_iter().zip(found.into_iter().flat_map(|(found, _)| found)) {
+        for (node, mismatch) in silent.into_iter().zip(found.into_iter().flat_map(|(found, _)| found)) {
             let work = &mut self.cache.topology.nodes[node.0].work;
-            (work.surprise, work.surprise_share) = (Some(surprise.luminance), SHARE_OF_MIDDLE);
+            (work.mismatch, work.mismatch_share) = (Some(mismatch.luminance), SHARE_OF_MIDDLE);
         }
     }
 
@@ -91,8 +91,8 @@ impl Engine {
         let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.eye);
         let floor = FLOOR * self.image.mean() + shown.iter().fold(f32::INFINITY, |m, &s| m.min(s));
         let mut hidden = Hidden::default();
-        for (light, (emitter, layer)) in self.lights.meshes().zip(&self.cache.layers).enumerate() {
-            let factor = self.lights.mesh_factor(light);
+        for (light, (emitter, layer)) in self.lights.groups().zip(&self.cache.layers).enumerate() {
+            let factor = self.lights.group_factor(light);
             let visible = vertices.map(|v| layer.visibility.get(v.0).fraction()).iter().sum::<f32>() / 3.0;
             if visible == 0.0 || factor == Vec3::ZERO {
                 continue;

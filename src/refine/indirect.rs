@@ -1,8 +1,8 @@
 //! Indirect light in a batch: vertices gathered, its mesh refined, what depends on them brought up to date.
 
 use super::engine::Engine;
-use super::indirect_priority::PROOF_OF_DARKNESS;
-use super::priority::CHILD;
+use super::error_model::CHILD;
+use super::indirect_error::PROOF_OF_DARKNESS;
 use super::queue::Task;
 use crate::cache::dynamic::SlotId;
 use crate::cache::gather::{self, GatherJob, Gathered};
@@ -10,7 +10,7 @@ use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 use crate::estimate::hemisphere::Method;
 use crate::geom::Ray;
-use crate::shade::world::World;
+use crate::light::context::SceneContext;
 use glam::Vec3;
 use smallvec::SmallVec;
 
@@ -63,22 +63,22 @@ impl Engine {
         if !self.options.indirect {
             return;
         }
-        self.place_above();
+        self.place_in_coarse_levels();
         let mut leaves = Vec::new();
         self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
         let corners = self.corners_of_all(&leaves);
         for vertex in &corners {
             let vertex = &mut self.cache.vertices[vertex.0];
-            (vertex.reach, vertex.queued) = (0.0, 0.0);
+            (vertex.importance, vertex.queued) = (0.0, 0.0);
         }
         for &leaf in &leaves {
             self.cache.topology.nodes[leaf.0].indirect.queued = 0.0;
-            self.cache.topology.nodes[leaf.0].indirect.reach = 0.0;
+            self.cache.topology.nodes[leaf.0].indirect.importance = 0.0;
             self.cache.topology.nodes[leaf.0].indirect.pixels = self.pixels_below(leaf);
             self.account_indirect(leaf);
             self.enqueue_refinement(leaf);
         }
-        self.spread_reach();
+        self.spread_importance();
         corners.into_iter().for_each(|v| self.enqueue_gather(v));
         self.gather_inside(&self.all_visible_leaves());
         self.refresh_predictions();
@@ -109,13 +109,13 @@ impl Engine {
             return;
         }
         for &id in leaves {
-            let judge = self.judge();
-            let Some((slot, doubt)) = judge.settled(id).zip(judge.doubt_inside(id)) else { continue };
-            let reach = self.cache.topology.nodes[id.0].work.pixels * judge.gain_of(id, &[slot]);
+            let error_model = self.error_model();
+            let Some((slot, doubt)) = error_model.settled(id).zip(error_model.doubt_inside(id)) else { continue };
+            let importance = self.cache.topology.nodes[id.0].work.pixels * error_model.gain_of(id, &[slot]);
             let vertex = self.cache.slots[slot.0].vertex;
             self.cache.indirect.note_expected(vertex, doubt);
             let record = &mut self.cache.vertices[vertex.0];
-            (record.reach, record.queued) = (reach, 0.0);
+            (record.importance, record.queued) = (importance, 0.0);
             self.enqueue_gather(vertex);
         }
     }
@@ -162,7 +162,7 @@ impl Engine {
             return !lit.is_empty();
         }
         self.stats.rays += lit.len() as u64;
-        let origin_of = |vertex: VertexId| self.cache.vertices[vertex.0].site().origin;
+        let origin_of = |vertex: VertexId| self.cache.vertices[vertex.0].shading_point().origin;
         lit.into_iter().any(|other| self.is_cut_off(origin_of(other), origin_of(vertex)))
     }
 
@@ -177,11 +177,11 @@ impl Engine {
         let mut rounds: Vec<(VertexId, u32)> = Vec::new();
         for &vertex in &work.vertices {
             let so_far = self.cache.indirect.rays(vertex);
-            let first = || self.cache.indirect.first_rays(vertex, self.judge().first_rays_at(vertex));
+            let first = || self.cache.indirect.first_rays(vertex, self.error_model().first_rays_at(vertex));
             rounds.push((vertex, if so_far == 0 { first() } else { so_far }));
         }
         for &node in &work.refined {
-            let first = self.judge().first_rays(node);
+            let first = self.error_model().first_rays(node);
             for edge in self.cache.topology.nodes[node.0].edges {
                 let Some(vertex) = self.cache.topology.midpoint(edge) else { continue };
                 // What a covered one would find is not its surface's light: it takes over what is known around.
@@ -206,11 +206,11 @@ impl Engine {
 
     /// Traces jobs on all workers, then writes their results in order.
     fn gather(&mut self, jobs: &[GatherJob]) {
-        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
+        let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
         let cache = &self.cache;
         let results = self.workers.map_chunks(jobs, |chunk| {
             let mut gathered = Gathered::default();
-            chunk.iter().for_each(|&job| gather::gather(&world, cache, job, &mut gathered));
+            chunk.iter().for_each(|&job| gather::gather(&context, cache, job, &mut gathered));
             gathered
         });
         for gathered in &results {
@@ -221,7 +221,7 @@ impl Engine {
 
     /// Makes a leaf an inner node of the mesh of indirect light.
     fn mark_refined(&mut self, id: NodeId) {
-        let unmeasured = self.judge().unmeasured(id);
+        let unmeasured = self.error_model().unmeasured(id);
         let node = &mut self.cache.topology.nodes[id.0];
         let expected = if node.indirect.doubt.is_finite() { node.indirect.doubt } else { unmeasured };
         node.indirect.split = true;
@@ -235,7 +235,7 @@ impl Engine {
         self.forget_indirect(id);
         for child in self.children(id) {
             self.cache.topology.nodes[child.0].indirect.pixels = self.pixels_below(child);
-            self.set_reach(child);
+            self.set_importance(child);
         }
     }
 
@@ -270,7 +270,7 @@ impl Engine {
     /// Measures a node's surplus, and tells its children that are leaves; returns those.
     fn measure(&mut self, parent: NodeId) -> Vec<NodeId> {
         let Some(middles) = self.middles(parent) else { return Vec::new() };
-        let Some(error) = self.judge().indirect_surplus(parent, middles) else { return Vec::new() };
+        let Some(error) = self.error_model().indirect_surplus(parent, middles) else { return Vec::new() };
         let [surplus, doubt] = error.map(|e| e * CHILD);
         let mut leaves = self.children(parent);
         leaves.retain(|child| !self.cache.topology.nodes[child.0].indirect.split);
@@ -320,26 +320,26 @@ impl Engine {
         self.enqueue_refinement(id);
     }
 
-    /// Brings up to date what a leaf's noise adds to its corners' reach. Linear interpolation shows a sixth of the variance at
+    /// Brings up to date what a leaf's noise adds to its corners' importance. Linear interpolation shows a sixth of the variance at
     /// each corner.
-    fn set_reach(&mut self, id: NodeId) {
-        let share = self.cache.topology.nodes[id.0].indirect.pixels * self.judge().gain(id) / 6.0;
-        self.replace_reach(id, share);
+    fn set_importance(&mut self, id: NodeId) {
+        let share = self.cache.topology.nodes[id.0].indirect.pixels * self.error_model().gain(id) / 6.0;
+        self.replace_importance(id, share);
     }
 
-    fn replace_reach(&mut self, id: NodeId, share: f32) {
-        let before = std::mem::replace(&mut self.cache.topology.nodes[id.0].indirect.reach, share);
+    fn replace_importance(&mut self, id: NodeId, share: f32) {
+        let before = std::mem::replace(&mut self.cache.topology.nodes[id.0].indirect.importance, share);
         for vertex in self.cache.corner_vertices(id) {
-            let reach = &mut self.cache.vertices[vertex.0].reach;
-            *reach = (*reach + share - before).max(0.0);
+            let importance = &mut self.cache.vertices[vertex.0].importance;
+            *importance = (*importance + share - before).max(0.0);
         }
     }
 
     /// Brings a leaf's share of the image's error up to date.
     pub(super) fn account_indirect(&mut self, id: NodeId) {
-        self.set_reach(id);
+        self.set_importance(id);
         let face = self.cache.topology.nodes[id.0].face;
-        let [interpolation, noise] = self.judge().indirect_error(id);
+        let [interpolation, noise] = self.error_model().indirect_error(id);
         let shown = self.reflectances.noise_gain(&self.scene, face) * (interpolation + noise);
         let node = &mut self.cache.topology.nodes[id.0].indirect;
         let error = f64::from(node.pixels * shown);
@@ -347,12 +347,12 @@ impl Engine {
     }
 
     fn forget_indirect(&mut self, id: NodeId) {
-        self.replace_reach(id, 0.0);
+        self.replace_importance(id, 0.0);
         self.image.replace_indirect(&mut self.cache.topology.nodes[id.0].indirect.accounted, 0.0);
     }
 
     fn enqueue_refinement(&mut self, id: NodeId) {
-        let key = self.judge().refine_key(id);
+        let key = self.error_model().refine_key(id);
         let node = &mut self.cache.topology.nodes[id.0].indirect;
         if is_due(key, node.queued) {
             node.version += 1;
@@ -363,7 +363,7 @@ impl Engine {
     }
 
     pub(super) fn enqueue_gather(&mut self, id: VertexId) {
-        let key = self.judge().gather_key(id);
+        let key = self.error_model().gather_key(id);
         let vertex = &mut self.cache.vertices[id.0];
         if is_due(key, vertex.queued) {
             vertex.gathers += 1;
@@ -378,7 +378,7 @@ impl Engine {
         match task {
             Task::Gather(id) => self.cache.vertices[id.0].queued = key,
             Task::Refine(id) => self.cache.topology.nodes[id.0].indirect.queued = key,
-            Task::Split(_) | Task::Inner(_) | Task::Settle(_) | Task::Double(_) => {}
+            Task::Split(_) | Task::SamplePixel(_) | Task::Settle(_) | Task::Double(_) => {}
         }
     }
 }

@@ -1,17 +1,17 @@
 //! The light engine: it owns the cache, decides what to trace next, and tells the GPU what changed.
 
-mod above;
-mod audit;
 mod counts;
 pub mod engine;
-mod hidden;
+pub mod error_model;
 mod highlights;
 mod image_error;
 mod indirect;
-mod indirect_priority;
+mod indirect_error;
+mod miss_rate;
 pub mod nice;
 pub mod options;
-pub mod priority;
+mod pixel_checks;
+mod predictions;
 mod publish;
 pub mod queue;
 mod refinement;

@@ -29,7 +29,7 @@ pub struct Options {
     /// How the directions of gather rays are chosen.
     pub hemisphere: Method,
     /// Light meshes at most: where there are more lights, small ones near each other share one.
-    pub max_light_meshes: usize,
+    pub max_light_groups: usize,
     /// How the next leaf to split is chosen.
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.

@@ -1,7 +1,7 @@
 //! What the GPU is told: slots written, patches to redraw, and when the triangles that they replace may be recycled.
 
 use super::engine::Engine;
-use super::update::{EngineStats, LeafId, Patch, Slot, Update};
+use super::update::{DrawnId, EngineStats, Patch, Slot, Update};
 use super::workers::thread_nanoseconds;
 use crate::cache::dynamic::{COVERED_WEIGHT, SlotId};
 use crate::cache::pool::Sparse;
@@ -24,7 +24,7 @@ pub struct Published {
     viewed: u64,
     batch: u32,
     /// Triangles out of use, with the update that replaced them.
-    retired: VecDeque<(u64, LeafId)>,
+    retired: VecDeque<(u64, DrawnId)>,
     /// Update that first drew each triangle.
     born: Sparse<u64>,
     /// Nodes whose triangles' pixels are not known, with the update that draws them, in its order.
@@ -39,7 +39,7 @@ impl Published {
 
     /// Whether the pixels of a triangle, which update `sequence` or an earlier one has drawn, are known for the first time.
     #[must_use]
-    pub(super) fn is_uncounted(&self, leaf: LeafId, sequence: u64) -> bool {
+    pub(super) fn is_uncounted(&self, leaf: DrawnId, sequence: u64) -> bool {
         let born = self.born.get(leaf.0);
         born > 0 && born <= sequence && (born > self.counted || self.counted <= self.viewed)
     }
@@ -60,10 +60,10 @@ impl Engine {
     }
 
     /// Takes the triangles of a node out of use: the update in the making replaces them.
-    pub(super) fn retire_drawn(&mut self, node: NodeId) -> Vec<LeafId> {
+    pub(super) fn retire_drawn(&mut self, node: NodeId) -> Vec<DrawnId> {
         let old = std::mem::take(&mut self.cache.topology.nodes[node.0].drawn);
         for &leaf in &old {
-            self.cache.retire_leaf(leaf);
+            self.cache.retire_drawn_triangle(leaf);
             self.published.retired.push_back((self.published.sequence + 1, leaf));
         }
         old
@@ -72,8 +72,8 @@ impl Engine {
     /// Gives a leaf its triangles.
     pub(super) fn draw_node(&mut self, node: NodeId) {
         let triangles = self.cache.triangulate(node);
-        let flat = self.judge().settled(node);
-        let leaves: Vec<LeafId> = triangles.into_iter().map(|slots| self.cache.add_leaf(slots, flat, node)).collect();
+        let flat = self.error_model().settled(node);
+        let leaves: Vec<DrawnId> = triangles.into_iter().map(|slots| self.cache.add_drawn(slots, flat, node)).collect();
         for leaf in &leaves {
             *self.published.born.entry(leaf.0) = self.published.sequence + 1;
         }
@@ -92,9 +92,9 @@ impl Engine {
         let mut update = self.empty_update();
         update.slots = slots.iter().map(|&s| (s, self.slot(s))).collect();
         for &node in leaves {
-            let start = update.patch_leaves.len() as u32;
+            let start = update.patch_triangles.len() as u32;
             self.list(&mut update, node);
-            let end = update.patch_leaves.len() as u32;
+            let end = update.patch_triangles.len() as u32;
             let face = self.cache.topology.nodes[node.0].face;
             update.patches.push(Patch { face, old: start..start, new: start..end });
         }
@@ -134,16 +134,16 @@ impl Engine {
             let old = self.retire_drawn(node);
             let mut leaves = Vec::new();
             self.cache.topology.leaves(node, &mut leaves);
-            let start = update.patch_leaves.len() as u32;
-            update.patch_leaves.extend(old);
-            let middle = update.patch_leaves.len() as u32;
+            let start = update.patch_triangles.len() as u32;
+            update.patch_triangles.extend(old);
+            let middle = update.patch_triangles.len() as u32;
             for leaf in leaves {
                 self.draw_node(leaf);
                 self.list(update, leaf);
                 let drawn = &self.cache.topology.nodes[leaf.0].drawn;
-                fresh.extend(drawn.iter().flat_map(|l| self.cache.leaves[l.0].leaf.all_slots()));
+                fresh.extend(drawn.iter().flat_map(|l| self.cache.drawn[l.0].triangle.all_slots()));
             }
-            let end = update.patch_leaves.len() as u32;
+            let end = update.patch_triangles.len() as u32;
             let record = &self.cache.topology.nodes[node.0];
             if record.work.generation == self.generation {
                 update.patches.push(Patch { face: record.face, old: start..middle, new: middle..end });
@@ -160,24 +160,24 @@ impl Engine {
     /// Lists a leaf's triangles with their definitions.
     fn list(&self, update: &mut Update, node: NodeId) {
         for &leaf in &self.cache.topology.nodes[node.0].drawn {
-            update.leaves.push((leaf, self.cache.leaves[leaf.0].leaf));
-            update.patch_leaves.push(leaf);
+            update.drawn_triangles.push((leaf, self.cache.drawn[leaf.0].triangle));
+            update.patch_triangles.push(leaf);
         }
     }
 
     /// Patches of triangles whose values alone changed.
     fn value_patches(&mut self, update: &mut Update, slots: &[SlotId]) {
         for &slot in slots {
-            let leaves: Vec<LeafId> = self.cache.leaves_of(slot).collect();
+            let leaves: Vec<DrawnId> = self.cache.drawn_with(slot).collect();
             for leaf in leaves {
-                let record = &mut self.cache.leaves[leaf.0];
+                let record = &mut self.cache.drawn[leaf.0];
                 let node = &self.cache.topology.nodes[record.node.0];
                 let visible = node.work.generation == self.generation;
                 let is_new = self.published.born.get(leaf.0) == self.published.sequence;
                 let seen = std::mem::replace(&mut record.batch, self.published.batch) == self.published.batch;
                 if visible && !is_new && !seen {
-                    let i = update.patch_leaves.len() as u32;
-                    update.patch_leaves.push(leaf);
+                    let i = update.patch_triangles.len() as u32;
+                    update.patch_triangles.push(leaf);
                     update.patches.push(Patch { face: node.face, old: i..i + 1, new: i..i + 1 });
                 }
             }
@@ -192,7 +192,7 @@ impl Engine {
             }
             self.published.retired.pop_front();
             *self.published.born.entry(leaf.0) = 0;
-            self.cache.leaves.remove(leaf.0);
+            self.cache.drawn.remove(leaf.0);
         }
     }
 
@@ -215,12 +215,12 @@ impl Engine {
         // The engine's own thread waits while its workers trace.
         let own = thread_nanoseconds().saturating_sub(self.born) as f64 * 1e-9;
         self.stats.cpu_seconds = self.workers.cpu_seconds() + own;
-        self.stats.triangles = self.cache.leaves.live() as u64 - self.published.retired.len() as u64;
+        self.stats.triangles = self.cache.drawn.live() as u64 - self.published.retired.len() as u64;
         self.stats.cache_bytes = self.cache.bytes() as u64;
         self.stats.unlit = self.first_visits.len() as u64;
         self.stats.complete = self.first_visits.is_empty();
         self.stats.estimated_error =
-            if self.stats.complete { self.image.relative(self.audits.expected()) } else { None };
+            if self.stats.complete { self.image.relative(self.checks.expected()) } else { None };
         let awaits_counts = self.options.counted && self.published.counted < self.published.redrawn;
         self.stats.converged = self.is_idle() && !awaits_counts;
         self.stats

@@ -11,7 +11,7 @@ pub enum Task {
     /// Split a leaf.
     Split(NodeId),
     /// Sample a leaf where its one pixel sees it.
-    Inner(NodeId),
+    SamplePixel(NodeId),
     /// Trace the lights that a vertex has put off.
     Settle(VertexId),
     /// Take as many points again in the penumbrae of a vertex.

@@ -1,15 +1,15 @@
 //! A batch of refinement: base vertices first, then the tasks that pay most.
 
 use super::engine::Engine;
+use super::error_model::CHILD;
 use super::indirect::{GATHER_RAYS_A_RUN, IndirectWork};
-use super::priority::CHILD;
 use super::queue::Task;
 use crate::cache::direct::{self, Job, Wanted};
 use crate::cache::dynamic::{Cache, SlotId};
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
 use crate::estimate::visibility::Visibility;
-use crate::shade::world::World;
+use crate::light::context::SceneContext;
 use rustc_hash::FxHashSet;
 
 /// Base vertices a run: enough to be worth handing out, few enough to keep the frame loop served.
@@ -40,14 +40,14 @@ struct Batch {
     /// Leaves to sample where their one pixel sees them.
     inner: Vec<NodeId>,
     /// Leaves whose pixels are asked.
-    audits: Vec<NodeId>,
+    checks: Vec<NodeId>,
     /// Vertices to visit.
     jobs: Vec<Job>,
 }
 
 impl Batch {
     fn tasks(&self) -> usize {
-        self.splits.len() + self.inner.len() + self.audits.len() + self.jobs.len()
+        self.splits.len() + self.inner.len() + self.checks.len() + self.jobs.len()
     }
 }
 
@@ -79,8 +79,8 @@ impl Engine {
             && indirect.rays < GATHER_RAYS_A_RUN
             && rays < DIRECT_RAYS_A_RUN
         {
-            if let Some(leaf) = self.next_audit() {
-                direct.audits.push(leaf);
+            if let Some(leaf) = self.next_check() {
+                direct.checks.push(leaf);
                 continue;
             }
             let Some(entry) = self.queue.pop() else { break };
@@ -94,14 +94,14 @@ impl Engine {
             rays += self.rays_of(entry.task);
             match entry.task {
                 Task::Split(node) => direct.splits.push(node),
-                Task::Inner(node) => direct.inner.push(node),
+                Task::SamplePixel(node) => direct.inner.push(node),
                 Task::Settle(vertex) => direct.jobs.push(self.take(vertex, Wanted::Settle)),
                 Task::Double(vertex) => direct.jobs.push(self.take(vertex, Wanted::Double)),
                 Task::Gather(vertex) => {
                     let rays = self.cache.indirect.rays(vertex);
-                    indirect.gather(vertex, if rays == 0 { self.judge().first_rays_at(vertex) } else { rays });
+                    indirect.gather(vertex, if rays == 0 { self.error_model().first_rays_at(vertex) } else { rays });
                 }
-                Task::Refine(node) => indirect.refine(node, self.judge().first_rays(node)),
+                Task::Refine(node) => indirect.refine(node, self.error_model().first_rays(node)),
             }
         }
         // Direct light is done before indirect light ever is: its ladder does not wait.
@@ -120,12 +120,12 @@ impl Engine {
     }
 
     /// Splits, traces, and draws the consequences.
-    fn work_on_direct(&mut self, Batch { splits, inner, audits, mut jobs }: Batch) {
+    fn work_on_direct(&mut self, Batch { splits, inner, checks, mut jobs }: Batch) {
         let mut fresh = Vec::new();
         for node in splits {
             self.split(node, &mut fresh, &mut jobs);
         }
-        let kept = self.place_inner(&inner, &mut jobs);
+        let kept = self.place_pixel_vertex(&inner, &mut jobs);
         self.run(&jobs);
         let mut changed: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
         changed.sort_unstable();
@@ -138,7 +138,7 @@ impl Engine {
         slots.dedup();
         self.evaluate(&slots);
         self.settle_accounts(&fresh, &slots, &inner);
-        self.audit(&audits);
+        self.check_pixels(&checks);
         if self.hidden.has_risen() {
             let leaves = self.all_visible_leaves();
             leaves.into_iter().for_each(|leaf| self.enqueue_split(leaf));
@@ -146,16 +146,16 @@ impl Engine {
     }
 
     /// Puts a vertex inside each leaf where its one pixel sees it; returns the slots of those that were there before.
-    fn place_inner(&mut self, nodes: &[NodeId], jobs: &mut Vec<Job>) -> Vec<SlotId> {
+    fn place_pixel_vertex(&mut self, nodes: &[NodeId], jobs: &mut Vec<Job>) -> Vec<SlotId> {
         let mut kept = Vec::new();
         for &id in nodes {
             let node = &self.cache.topology.nodes[id.0];
             let Some(ray) = node.work.ray.filter(|_| node.child.is_none()) else { continue };
-            let Some(placed) = self.cache.place_inner(id, (self.eye, ray), self.generation) else { continue };
+            let Some(placed) = self.cache.place_pixel_vertex(id, (self.eye, ray), self.generation) else { continue };
             if placed.kept {
                 kept.extend(self.cache.slots_of(placed.vertex));
             } else {
-                jobs.push(Job { vertex: placed.vertex, wanted: Wanted::Inner });
+                jobs.push(Job { vertex: placed.vertex, wanted: Wanted::Pixel });
             }
             self.note_redraw(id);
         }
@@ -179,7 +179,7 @@ impl Engine {
 
     /// Queues what there is to do after all: what was not worth it when it was last looked at may be, by what is known of the image now.
     pub(super) fn look_again(&mut self) {
-        self.reopen_audits();
+        self.reopen_checks();
         self.refresh_waiting_predictions();
         let leaves = self.all_visible_leaves();
         self.enqueue_leaves(&leaves);
@@ -197,20 +197,22 @@ impl Engine {
         match task {
             Task::Split(id) => {
                 let node = &self.cache.topology.nodes[id.0];
-                (node.child.is_none() && node.work.version == version).then(|| self.judge().split_key(id))
+                (node.child.is_none() && node.work.version == version).then(|| self.error_model().split_key(id))
             }
-            Task::Inner(id) => {
+            Task::SamplePixel(id) => {
                 let node = &self.cache.topology.nodes[id.0];
-                (node.child.is_none() && node.work.version == version).then(|| self.judge().inner_key(id))
+                (node.child.is_none() && node.work.version == version).then(|| self.error_model().pixel_sample_key(id))
             }
             Task::Settle(id) | Task::Double(id) => {
                 let current = self.cache.vertices[id.0].progress.version == version;
-                current.then(|| self.judge().vertex_key(id, self.rays_of(task)))
+                current.then(|| self.error_model().vertex_key(id, self.rays_of(task)))
             }
-            Task::Gather(id) => (self.cache.vertices[id.0].gathers == version).then(|| self.judge().gather_key(id)),
+            Task::Gather(id) => {
+                (self.cache.vertices[id.0].gathers == version).then(|| self.error_model().gather_key(id))
+            }
             Task::Refine(id) => {
                 let node = &self.cache.topology.nodes[id.0].indirect;
-                (!node.split && node.version == version).then(|| self.judge().refine_key(id))
+                (!node.split && node.version == version).then(|| self.error_model().refine_key(id))
             }
         }
     }
@@ -223,7 +225,7 @@ impl Engine {
         for neighbour in self.cache.topology.coarser_neighbours(id) {
             self.split(neighbour, fresh, jobs);
         }
-        let (small, blind) = (self.judge().trusts_corners(id), self.judge().blind(id));
+        let (small, blind) = (self.error_model().trusts_corners(id), self.error_model().blind(id));
         let split = self.cache.split(id);
         for slot in split.middles {
             let vertex = self.cache.slots[slot.0].vertex;
@@ -244,11 +246,11 @@ impl Engine {
 
     /// Traces jobs on all workers, then writes their results in order.
     fn run(&mut self, jobs: &[Job]) {
-        let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
+        let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
         let cache = &self.cache;
         let results = self.workers.map_chunks(jobs, |chunk| {
             let mut results = direct::Results::default();
-            chunk.iter().for_each(|&job| direct::visit(&world, cache, job, &mut results));
+            chunk.iter().for_each(|&job| direct::visit(&context, cache, job, &mut results));
             results
         });
         let traced = |cache: &Cache| jobs.iter().filter(|j| cache.vertices[j.vertex.0].progress.traced).count();
@@ -314,10 +316,10 @@ impl Engine {
             let settled = || corners.iter().map(|&v| known(v)).filter(|known| known.is_settled());
             let first = settled().next().map(Visibility::fraction);
             // One that is off may wait.
-            if settled().all(|known| Some(known.fraction()) == first) || !self.lights.mesh_is_on(light as usize) {
+            if settled().all(|known| Some(known.fraction()) == first) || !self.lights.group_is_on(light as usize) {
                 continue;
             }
-            let emitter = self.lights.mesh(light as usize);
+            let emitter = self.lights.group(light as usize);
             for &vertex in &corners {
                 if direct::is_unconfirmed(emitter, known(vertex)) && self.can_light(vertex, light) {
                     found.push((vertex, light));
@@ -326,17 +328,17 @@ impl Engine {
         }
     }
 
-    /// Whether a light can reach any normal of a vertex at all.
+    /// Whether a light can importance any normal of a vertex at all.
     fn can_light(&self, vertex: VertexId, light: u32) -> bool {
         let position = self.cache.vertices[vertex.0].position;
-        let emitter = self.lights.mesh(light as usize);
+        let emitter = self.lights.group(light as usize);
         self.cache.slots_of(vertex).any(|slot| emitter.bound(position, self.cache.slots[slot.0].normal) > 0.0)
     }
 
     /// Surpluses of the split leaves, shares of their children, and new keys for everything around what changed.
     fn settle_accounts(&mut self, fresh: &[Fresh], slots: &[SlotId], inner: &[NodeId]) {
         for f in fresh {
-            let surplus = self.judge().surplus(f.node, f.middles);
+            let surplus = self.error_model().surplus(f.node, f.middles);
             f.blind.into_iter().for_each(|square| self.hidden.note(surplus / square));
             let parent = self.cache.topology.nodes[f.node.0].work;
             for i in 0..4 {
@@ -345,7 +347,7 @@ impl Engine {
                 work.share = parent.share * 0.25;
                 work.generation = parent.generation;
             }
-            self.hand_down_audit(f.node, f.first);
+            self.hand_down_check(f.node, f.first);
             let node = &mut self.cache.topology.nodes[f.node.0];
             self.image.replace(&mut node.work, None);
         }
@@ -381,7 +383,7 @@ impl Engine {
     /// Tells a split node's children its surplus of direct light.
     pub(super) fn measure_direct(&mut self, parent: NodeId) {
         let Some(middles) = self.middles(parent) else { return };
-        let surplus = self.judge().surplus(parent, middles) * CHILD;
+        let surplus = self.error_model().surplus(parent, middles) * CHILD;
         self.children(parent).iter().for_each(|child| self.cache.topology.nodes[child.0].work.surplus = surplus);
     }
 
@@ -396,7 +398,7 @@ impl Engine {
     /// Brings a leaf's share of the image's error up to date.
     pub(super) fn account(&mut self, id: NodeId) {
         let visible = self.cache.topology.nodes[id.0].work.generation == self.generation;
-        let error = visible.then(|| self.judge().leaf_error(id));
+        let error = visible.then(|| self.error_model().leaf_error(id));
         let work = &mut self.cache.topology.nodes[id.0].work;
         self.image.replace(work, error);
     }
@@ -421,11 +423,11 @@ impl Engine {
         work.version += 1;
         let (version, visible) = (work.version, work.generation == self.generation);
         if visible {
-            let judge = self.judge();
-            let (split, inner) = (judge.split_key(id), judge.inner_key(id));
+            let error_model = self.error_model();
+            let (split, inner) = (error_model.split_key(id), error_model.pixel_sample_key(id));
             self.queue.push(split, Task::Split(id), version);
-            self.queue.push(inner, Task::Inner(id), version);
-            self.enqueue_audit(id);
+            self.queue.push(inner, Task::SamplePixel(id), version);
+            self.enqueue_check(id);
         }
     }
 
@@ -435,7 +437,7 @@ impl Engine {
         for task in [Task::Settle(id), Task::Double(id)] {
             let rays = self.rays_of(task);
             if rays > 0.0 {
-                let key = self.judge().vertex_key(id, rays);
+                let key = self.error_model().vertex_key(id, rays);
                 self.queue.push(key, task, version);
             }
         }
@@ -446,7 +448,9 @@ impl Engine {
         let left = |v: VertexId| self.cache.vertices[v.0].progress.left;
         match task {
             Task::Gather(_) | Task::Refine(_) => 0.0,
-            Task::Split(id) | Task::Inner(id) => self.judge().points_between(&self.cache.topology.nodes[id.0]),
+            Task::Split(id) | Task::SamplePixel(id) => {
+                self.error_model().points_between(&self.cache.topology.nodes[id.0])
+            }
             Task::Settle(v) => left(v).settle as f32,
             Task::Double(v) => left(v).double as f32,
         }
@@ -458,8 +462,8 @@ impl Engine {
 
     /// Leaves that are drawn with any of the slots.
     pub(super) fn nodes_around(&self, slots: &[SlotId]) -> Vec<NodeId> {
-        let leaves = slots.iter().flat_map(|&s| self.cache.leaves_of(s));
-        let mut nodes: Vec<NodeId> = leaves.map(|l| self.cache.leaves[l.0].node).collect();
+        let leaves = slots.iter().flat_map(|&s| self.cache.drawn_with(s));
+        let mut nodes: Vec<NodeId> = leaves.map(|l| self.cache.drawn[l.0].node).collect();
         nodes.sort_unstable();
         nodes.dedup();
         nodes.retain(|n| self.cache.topology.nodes[n.0].child.is_none());

@@ -4,10 +4,10 @@
 use super::engine::{Engine, Visible};
 use super::update::Update;
 use crate::cache::dynamic::SlotId;
-use crate::cache::remix::remix;
+use crate::cache::reweight::reweight;
 use crate::cache::topology::NodeId;
 use crate::cache::vertex::VertexId;
-use crate::shade::world::World;
+use crate::light::context::SceneContext;
 use glam::Vec3;
 
 impl Engine {
@@ -23,8 +23,8 @@ impl Engine {
         let mixed = self.lights.set_factors(factors);
         let now = self.lights.lighting();
         if before != now {
-            let world = World::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
-            mixed.into_iter().for_each(|light| remix(&world, &mut self.cache, light));
+            let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
+            mixed.into_iter().for_each(|light| reweight(&context, &mut self.cache, light));
             for vertex in std::mem::take(&mut self.enclosed) {
                 let progress = &mut self.cache.vertices[vertex.0].progress;
                 (progress.covered, progress.enclosed) = (false, false);
@@ -35,8 +35,8 @@ impl Engine {
             self.evaluate(&all);
             self.cache.refresh_indirect(&all, self.eye);
             self.measure_surpluses();
-            self.audits.forget();
-            self.forget_audits();
+            self.checks.forget();
+            self.forget_checks();
         }
         self.set_visible(visible)
     }
@@ -58,16 +58,16 @@ impl Engine {
     }
 
     /// Forgets that pixels were asked in other light: for other lights.
-    fn forget_audits(&mut self) {
+    fn forget_checks(&mut self) {
         for id in 0..self.cache.topology.nodes.end() {
-            self.cache.topology.nodes[id].work.audited = 0;
+            self.cache.topology.nodes[id].work.checked = 0;
         }
     }
 
     /// Forgets what the present view made its leaves and vertices worth: nothing is done for the pixels of another camera.
     pub(super) fn forget_view(&mut self, stays: bool) {
         if !stays {
-            self.audits.forget();
+            self.checks.forget();
         }
         for leaf in if stays { Vec::new() } else { self.all_visible_leaves() } {
             self.cache.topology.nodes[leaf.0].work.pixels = 0.0;
@@ -76,9 +76,9 @@ impl Engine {
         self.roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
         for leaf in leaves {
             let node = &mut self.cache.topology.nodes[leaf.0].indirect;
-            (node.pixels, node.reach, node.accounted) = (0.0, 0.0, 0.0);
+            (node.pixels, node.importance, node.accounted) = (0.0, 0.0, 0.0);
             let corners: [VertexId; 3] = self.cache.corner_vertices(leaf);
-            corners.iter().for_each(|v| self.cache.vertices[v.0].reach = 0.0);
+            corners.iter().for_each(|v| self.cache.vertices[v.0].importance = 0.0);
         }
     }
 }

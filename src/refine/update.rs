@@ -1,10 +1,10 @@
 //! What the engine tells the GPU: values written, and patches of triangles to redraw.
 //!
-//! The unit of update is a *patch*: the leaves drawn last and the leaves to draw now, both tiling the same region of
+//! The unit of update is a *patch*: the drawn triangles drawn last and the drawn triangles to draw now, both tiling the same region of
 //! one face. A new value, a split and a changed hanging pattern are all patches; where values alone changed, a patch is one
 //! triangle with `old == new`.
 
-pub use crate::cache::dynamic::{Leaf, LeafId, SlotId};
+pub use crate::cache::dynamic::{DrawnId, DrawnTriangle, SlotId};
 use crate::scene::FaceId;
 use glam::Vec3;
 use std::ops::Range;
@@ -22,29 +22,29 @@ pub struct Slot {
     pub specular: Vec3,
 }
 
-/// One region of one face to redraw; the ranges index [`Update::patch_leaves`].
+/// One region of one face to redraw; the ranges index [`Update::patch_triangles`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Patch {
     /// The face.
     pub face: FaceId,
-    /// Leaves drawn last (empty the first time).
+    /// Drawn triangles drawn last (empty the first time).
     pub old: Range<u32>,
-    /// Leaves to draw now.
+    /// Drawn triangles to draw now.
     pub new: Range<u32>,
 }
 
-/// Pixels of a drawn leaf, as the GPU counted them.
+/// Pixels of a drawn drawn triangle, as the GPU counted them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LeafPixels {
-    /// The leaf.
-    pub leaf: LeafId,
+pub struct DrawnPixels {
+    /// The drawn triangle.
+    pub drawn: DrawnId,
     /// How many pixels show it.
     pub pixels: u32,
     /// Direction from the eye through the first of them, any length; `None` if it is not known which they are.
     pub ray: Option<Vec3>,
 }
 
-/// One batch of changes, applied in order: slots, then leaves, then patches.
+/// One batch of changes, applied in order: slots, then drawn triangles, then patches.
 #[derive(Clone, Debug, Default)]
 pub struct Update {
     /// The camera generation that it belongs to.
@@ -53,12 +53,12 @@ pub struct Update {
     pub sequence: u64,
     /// Slots written.
     pub slots: Vec<(SlotId, Slot)>,
-    /// Leaves defined or redefined.
-    pub leaves: Vec<(LeafId, Leaf)>,
+    /// Drawn triangles defined or redefined.
+    pub drawn_triangles: Vec<(DrawnId, DrawnTriangle)>,
     /// Patches to redraw.
     pub patches: Vec<Patch>,
-    /// Leaf lists of the patches.
-    pub patch_leaves: Vec<LeafId>,
+    /// DrawnTriangle lists of the patches.
+    pub patch_triangles: Vec<DrawnId>,
     /// State of the engine after this batch.
     pub stats: EngineStats,
 }
@@ -70,7 +70,7 @@ pub struct EngineStats {
     pub rays: u64,
     /// Vertices at which light has been traced (others take agreeing neighbours' word).
     pub vertices: u64,
-    /// Leaf triangles of the dynamic mesh.
+    /// DrawnTriangle triangles of the dynamic mesh.
     pub triangles: u64,
     /// Bytes held by the cache.
     pub cache_bytes: u64,

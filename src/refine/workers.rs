@@ -56,7 +56,7 @@ pub fn thread_nanoseconds() -> u64 {
     time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
 }
 
-/// Wall time stands in for CPU time where the system has no such clock in reach.
+/// Wall time stands in for CPU time where the system has no such clock in importance.
 #[cfg(not(unix))]
 #[must_use]
 pub fn thread_nanoseconds() -> u64 {

@@ -108,7 +108,7 @@ impl View {
         (distance > self.near).then(|| (Vec2::new(along(self.right), along(self.down)) + 1.0) * 0.5 * size)
     }
 
-    /// World to Vulkan clip space (y down), reversed depth with an infinite far plane: z/w = near / distance.
+    /// SceneContext to Vulkan clip space (y down), reversed depth with an infinite far plane: z/w = near / distance.
     ///
     /// `jitter` shifts the image: pixel (x, y) is sampled at its centre + `jitter` (pixels, each in [−½, ½]).
     #[must_use]

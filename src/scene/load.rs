@@ -5,11 +5,11 @@ use super::framing::UpAxis;
 use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, MaterialId, TextureMap};
+use super::material_library::MaterialLibrary;
 use super::obj::{self, SKIP, Soup};
 use super::obj_text::{Named, ObjText};
 use super::report::Report;
 use super::scene_file::{self, Description};
-use super::stock::Stock;
 use super::subject::Subject;
 use super::texture::Texture;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
@@ -95,19 +95,19 @@ pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
     warn_of_origin(path, origin, &mut report);
     let files = parse_objs(paths, bytes, origin, &mut report);
     timings.text = start.elapsed();
-    let mut stock = Stock::default();
-    let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut stock, &mut report)).collect();
-    stock.settle_opacities(in_use(&files, &named), &mut report);
+    let mut library = MaterialLibrary::default();
+    let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut library, &mut report)).collect();
+    library.settle_opacities(in_use(&files, &named), &mut report);
     let slots: Vec<Slots> =
-        files.iter().zip(&named).map(|(file, named)| resolve(file, named, &mut stock, &mut report)).collect();
+        files.iter().zip(&named).map(|(file, named)| resolve(file, named, &mut library, &mut report)).collect();
     timings.materials = start.elapsed() - timings.text;
-    let (decoded, soup) = rayon::join(|| decode(&stock), || assemble(&files, &slots, &stock.painted));
+    let (decoded, soup) = rayon::join(|| decode(&library), || assemble(&files, &slots, &library.painted));
     let ((images, ids, image_report), spent) = decoded;
     timings.textures = spent;
     let (soup, geometry_report, spent) = soup;
     timings.geometry = spent;
     let finish = Instant::now();
-    let scene_materials = build_materials(&stock, &ids, &mut report);
+    let scene_materials = build_materials(&library, &ids, &mut report);
     report.faults.extend(image_report.faults);
     report.faults.extend(geometry_report.faults);
     let counts = Counts {
@@ -238,8 +238,8 @@ struct Slots {
 }
 
 /// Where the stock has the materials of an OBJ, by their numbers.
-fn find_materials(file: &ObjFile, stock: &mut Stock, report: &mut Report) -> Vec<Option<usize>> {
-    let library = stock.open_libraries(&file.path, &file.text.libraries, report);
+fn find_materials(file: &ObjFile, library: &mut MaterialLibrary, report: &mut Report) -> Vec<Option<usize>> {
+    let library = library.open_libraries(&file.path, &file.text.libraries, report);
     file.text.materials.iter().map(|named| library.find(&named.name)).collect()
 }
 
@@ -249,22 +249,22 @@ fn in_use(files: &[ObjFile], named: &[Vec<Option<usize>>]) -> impl Iterator<Item
     has_faces.zip(named.iter().flatten()).filter_map(|(has_faces, index)| index.filter(|_| *has_faces))
 }
 
-fn resolve(file: &ObjFile, named: &[Option<usize>], stock: &mut Stock, report: &mut Report) -> Slots {
+fn resolve(file: &ObjFile, named: &[Option<usize>], library: &mut MaterialLibrary, report: &mut Report) -> Slots {
     let coloured = file.text.has_colours;
     let stand_in = if coloured { "the vertex colours are" } else { "grey is" };
     let slot = |(named, index): (&Named, &Option<usize>)| match index {
-        Some(index) => stock.slot(*index, coloured, report),
+        Some(index) => library.slot(*index, coloured, report),
         None => {
             let message = format!("material {}: in no MTL file: {stand_in} used", named.name);
             report.warn(&file.path, Some(named.line), message);
-            stock.grey(&named.name, coloured)
+            library.grey(&named.name, coloured)
         }
     };
     let of_material: Vec<u32> = file.text.materials.iter().zip(named).map(slot).collect();
     // `tobj` names no material only before the first `usemtl`.
     let no_material =
-        if starts_without_material(&file.text.faces) { stock.grey("no material", coloured) } else { SKIP };
-    let is_painted = |&slot: &u32| stock.painted.get(slot as usize).is_some_and(|&painted| painted);
+        if starts_without_material(&file.text.faces) { library.grey("no material", coloured) } else { SKIP };
+    let is_painted = |&slot: &u32| library.painted.get(slot as usize).is_some_and(|&painted| painted);
     if coloured && !of_material.iter().chain([&no_material]).any(is_painted) {
         let message = "the vertex colours are not used: every material has its own Kd or map_Kd";
         report.warn(&file.path, None, message);
@@ -280,10 +280,10 @@ fn starts_without_material(faces: &[u8]) -> bool {
 
 type Decoded = ((Vec<Texture>, Vec<Option<TextureMap>>, Report), Duration);
 
-fn decode(stock: &Stock) -> Decoded {
+fn decode(library: &MaterialLibrary) -> Decoded {
     let start = Instant::now();
     let mut report = Report::default();
-    let requests: Vec<_> = stock.drawn().flat_map(materials::requests).map(|(_, request)| request).collect();
+    let requests: Vec<_> = library.drawn().flat_map(materials::requests).map(|(_, request)| request).collect();
     let (images, ids) = textures::decode_all(&requests, &mut report);
     ((images, ids, report), start.elapsed())
 }
@@ -304,9 +304,9 @@ fn assemble(files: &[ObjFile], slots: &[Slots], painted: &[bool]) -> (Soup, Repo
 }
 
 /// The materials of all slots; `ids` answers the requests of the drawn ones, in order.
-fn build_materials(stock: &Stock, ids: &[Option<TextureMap>], report: &mut Report) -> Vec<Material> {
+fn build_materials(library: &MaterialLibrary, ids: &[Option<TextureMap>], report: &mut Report) -> Vec<Material> {
     let mut answers = ids.iter().copied();
-    stock.materials(|m, painted| {
+    library.materials(|m, painted| {
         let mut maps = [None; 3];
         for (map, _) in materials::requests(m) {
             maps[map as usize] = answers.next().flatten();

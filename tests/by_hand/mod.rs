@@ -5,14 +5,14 @@
 use glam::{DVec3, Vec2, Vec3};
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
+use penombre::light::lights::MAX_LIGHT_GROUPS;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Priority};
-use penombre::refine::update::{Leaf, LeafId, Slot, SlotId, Update};
+use penombre::refine::update::{DrawnId, DrawnTriangle, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::material::{Material, MaterialId};
 use penombre::scene::{FaceId, Scene, TriangleId};
-use penombre::shade::lights::MAX_LIGHT_MESHES;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
@@ -64,9 +64,9 @@ pub fn light(scene: &mut Scene, kind: LightKind) {
 #[derive(Default)]
 pub struct Mirror {
     pub slots: HashMap<SlotId, Slot>,
-    pub leaves: HashMap<LeafId, Leaf>,
+    pub drawn_triangles: HashMap<DrawnId, DrawnTriangle>,
     /// Triangles drawn now.
-    pub drawn: HashSet<LeafId>,
+    pub drawn: HashSet<DrawnId>,
     pub last: Update,
 }
 
@@ -77,15 +77,15 @@ impl Mirror {
             self.drawn.clear();
         }
         self.slots.extend(update.slots.iter().copied());
-        self.leaves.extend(update.leaves.iter().copied());
+        self.drawn_triangles.extend(update.drawn_triangles.iter().copied());
         for patch in &update.patches {
-            let list = |r: &Range<u32>| &update.patch_leaves[r.start as usize..r.end as usize];
-            for leaf in list(&patch.old) {
-                assert!(self.drawn.remove(leaf), "{leaf:?} is replaced but was not drawn");
+            let list = |r: &Range<u32>| &update.patch_triangles[r.start as usize..r.end as usize];
+            for drawn in list(&patch.old) {
+                assert!(self.drawn.remove(drawn), "{drawn:?} is replaced but was not drawn");
             }
-            for leaf in list(&patch.new) {
-                assert!(self.drawn.insert(*leaf), "{leaf:?} is drawn twice");
-                assert_eq!(self.leaves[leaf].face, patch.face);
+            for drawn in list(&patch.new) {
+                assert!(self.drawn.insert(*drawn), "{drawn:?} is drawn twice");
+                assert_eq!(self.drawn_triangles[drawn].face, patch.face);
             }
         }
         self.last = update;
@@ -93,16 +93,16 @@ impl Mirror {
 
     /// Values at the corners of a face that was not split.
     pub fn face(&self, face: FaceId) -> [Slot; 3] {
-        let mut leaves = self.drawn.iter().map(|l| self.leaves[l]).filter(|l| l.face == face);
-        let leaf = leaves.next().expect("the face is drawn");
-        assert!(leaves.next().is_none(), "the face is drawn as one triangle");
-        leaf.slots.map(|slot| self.slots[&slot])
+        let mut drawn_triangles = self.drawn.iter().map(|l| self.drawn_triangles[l]).filter(|l| l.face == face);
+        let drawn = drawn_triangles.next().expect("the face is drawn");
+        assert!(drawn_triangles.next().is_none(), "the face is drawn as one triangle");
+        drawn.slots.map(|slot| self.slots[&slot])
     }
 
     /// Drawn triangles of a face, as corner slots.
     pub fn triangles(&self, face: FaceId) -> Vec<[Slot; 3]> {
-        let leaves = self.drawn.iter().map(|l| self.leaves[l]).filter(|l| l.face == face);
-        leaves.map(|l| l.slots.map(|slot| self.slots[&slot])).collect()
+        let drawn_triangles = self.drawn.iter().map(|l| self.drawn_triangles[l]).filter(|l| l.face == face);
+        drawn_triangles.map(|l| l.slots.map(|slot| self.slots[&slot])).collect()
     }
 
     /// D at a point of a face, as the rasteriser interpolates it.
@@ -130,7 +130,7 @@ pub fn options(seed: u64) -> Options {
         filter: true,
         hemisphere: Method::Stratified,
         seed,
-        max_light_meshes: MAX_LIGHT_MESHES,
+        max_light_groups: MAX_LIGHT_GROUPS,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,
         counted: false,

@@ -5,7 +5,7 @@
 use glam::{Vec2, Vec3};
 use penombre::error::Error;
 use penombre::pass::{Renderer, UpdateMode};
-use penombre::refine::update::{Leaf, LeafId, Patch, Slot, SlotId, Update};
+use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use penombre::scene::camera::{Camera, ImageSize, NamedCamera, View};
 use penombre::scene::material::{Material, MaterialId};
 use penombre::scene::texture::{Texture, TextureId};
@@ -161,9 +161,9 @@ pub fn base_update(
         for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
             update.slots.push((*slot, light(face, position)));
         }
-        update.leaves.push((LeafId(face.0), Leaf { slots, face, level: 0, flat: None }));
-        let start = update.patch_leaves.len() as u32;
-        update.patch_leaves.push(LeafId(face.0));
+        update.drawn_triangles.push((DrawnId(face.0), DrawnTriangle { slots, face, level: 0, flat: None }));
+        let start = update.patch_triangles.len() as u32;
+        update.patch_triangles.push(DrawnId(face.0));
         let old = if drawn { start..start + 1 } else { start..start };
         update.patches.push(Patch { face, old, new: start..start + 1 });
     }
@@ -176,25 +176,25 @@ pub fn faces(visible: &[(FaceId, u32)]) -> Vec<FaceId> {
 }
 
 /// A leaf with its face and level, and corners, each a slot and its position.
-type DynamicLeaf = (u32, (FaceId, u8), [(u32, Vec3); 3]);
+type DynamicTriangle = (u32, (FaceId, u8), [(u32, Vec3); 3]);
 
 /// A dynamic mesh that splits its leaves in four at random, and tells the renderer.
 pub struct Splitter {
-    leaves: Vec<DynamicLeaf>,
-    next_leaf: u32,
+    drawn_triangles: Vec<DynamicTriangle>,
+    next_drawn: u32,
     next_slot: u32,
     random: Cell<u32>,
 }
 
 impl Splitter {
     pub fn new(scene: &Scene, visible: &[FaceId]) -> Self {
-        let leaf = |&face: &FaceId| {
+        let drawn = |&face: &FaceId| {
             let corners = scene.corners(face.triangle());
             (face.0, (face, 0), [0, 1, 2].map(|k| (3 * face.0 + k, corners[k as usize])))
         };
         let first_free = 2 * scene.triangles.len() as u32;
-        let leaves = visible.iter().map(leaf).collect();
-        Self { leaves, next_leaf: first_free, next_slot: 3 * first_free, random: Cell::new(7) }
+        let drawn_triangles = visible.iter().map(drawn).collect();
+        Self { drawn_triangles, next_drawn: first_free, next_slot: 3 * first_free, random: Cell::new(7) }
     }
 
     fn random(&self) -> f32 {
@@ -211,9 +211,9 @@ impl Splitter {
     /// Splits about a share of the leaves.
     pub fn split(&mut self, share: f32) -> Update {
         let mut update = Update::default();
-        for (id, (face, level), corners) in std::mem::take(&mut self.leaves) {
+        for (id, (face, level), corners) in std::mem::take(&mut self.drawn_triangles) {
             if self.random() > share {
-                self.leaves.push((id, (face, level), corners));
+                self.drawn_triangles.push((id, (face, level), corners));
                 continue;
             }
             let middle = |k: usize| (corners[k].1 + corners[(k + 1) % 3].1) * 0.5;
@@ -222,17 +222,17 @@ impl Splitter {
             update.slots.extend(middles.map(|(slot, p)| (SlotId(slot), self.slot(p))));
             let [a, b, c] = corners;
             let [ab, bc, ca] = middles;
-            let old = update.patch_leaves.len() as u32;
-            update.patch_leaves.push(LeafId(id));
-            let new = update.patch_leaves.len() as u32;
+            let old = update.patch_triangles.len() as u32;
+            update.patch_triangles.push(DrawnId(id));
+            let new = update.patch_triangles.len() as u32;
             for child in [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]] {
-                update.leaves.push((
-                    LeafId(self.next_leaf),
-                    Leaf { slots: child.map(|v| SlotId(v.0)), face, level: level + 1, flat: None },
+                update.drawn_triangles.push((
+                    DrawnId(self.next_drawn),
+                    DrawnTriangle { slots: child.map(|v| SlotId(v.0)), face, level: level + 1, flat: None },
                 ));
-                update.patch_leaves.push(LeafId(self.next_leaf));
-                self.leaves.push((self.next_leaf, (face, level + 1), child));
-                self.next_leaf += 1;
+                update.patch_triangles.push(DrawnId(self.next_drawn));
+                self.drawn_triangles.push((self.next_drawn, (face, level + 1), child));
+                self.next_drawn += 1;
             }
             update.patches.push(Patch { face, old: old..old + 1, new: new..new + 4 });
         }
@@ -243,7 +243,7 @@ impl Splitter {
     pub fn change(&self, share: f32) -> Update {
         let mut update = Update::default();
         let mut changed = std::collections::HashSet::new();
-        for (_, _, corners) in &self.leaves {
+        for (_, _, corners) in &self.drawn_triangles {
             if self.random() < share {
                 for &(slot, position) in corners {
                     update.slots.push((SlotId(slot), self.slot(position)));
@@ -252,10 +252,10 @@ impl Splitter {
             }
         }
         // A vertex belongs to several leaves: each of them is a patch.
-        for (id, (face, _), corners) in &self.leaves {
+        for (id, (face, _), corners) in &self.drawn_triangles {
             if corners.iter().any(|c| changed.contains(&c.0)) {
-                let start = update.patch_leaves.len() as u32;
-                update.patch_leaves.push(LeafId(*id));
+                let start = update.patch_triangles.len() as u32;
+                update.patch_triangles.push(DrawnId(*id));
                 update.patches.push(Patch { face: *face, old: start..start + 1, new: start..start + 1 });
             }
         }

@@ -13,13 +13,13 @@ use super::values;
 use crate::error::{Error, Result};
 use crate::estimate::hemisphere::Method;
 use crate::image::atomic;
+use crate::light::lights::MAX_LIGHT_GROUPS;
 use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
 use crate::refine::options::Priority;
 use crate::scene::camera::ImageSize;
 use crate::scene::framing::UpAxis;
 use crate::scene::{Display, ToneMapping};
-use crate::shade::lights::MAX_LIGHT_MESHES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
@@ -253,9 +253,9 @@ pub struct RefinementArgs {
     pub hemisphere: Method,
     /// Lights whose visibility is kept each by itself; where there are more, small ones near each other share a mesh, which costs
     /// less and blurs their shadows for longer
-    #[arg(long, value_name = "N", allow_negative_numbers = true, default_value_t = MAX_LIGHT_MESHES as u32,
+    #[arg(long = "max-light-meshes", value_name = "N", allow_negative_numbers = true, default_value_t = MAX_LIGHT_GROUPS as u32,
         value_parser = clap::value_parser!(u32).range(1..))]
-    pub max_light_meshes: u32,
+    pub max_light_groups: u32,
     /// Which triangle is split next: where most image error goes a ray, or at random as the paper does
     #[arg(long, value_name = "MODE", default_value = "error", value_parser = values::priority())]
     pub priority: Priority,

@@ -1,4 +1,4 @@
-//! `full`: every visible leaf is drawn anew whatever changed. What the other modes are measured against.
+//! `full`: every visible drawn triangle is drawn anew whatever changed. What the other modes are measured against.
 
 use super::{Context, Shape, lacks_nothing};
 use crate::pass::mesh::Batch;

@@ -37,7 +37,7 @@ pub enum UpdateMode {
     Full,
     /// As `Stencil`, each fragment bringing its own reference: two draws for all patches.
     StencilExport,
-    /// No triangles: pixels of changed leaves find them from face id and barycentrics.
+    /// No triangles: pixels of changed drawn triangles find them from face id and barycentrics.
     Lookup,
 }
 

@@ -18,11 +18,11 @@ fn draw(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
     }
 }
 
-/// What needs no marks: leaves with other values, whose depth is there to be found, and those where nothing was drawn yet.
+/// What needs no marks: drawn triangles with other values, whose depth is there to be found, and those where nothing was drawn yet.
 pub(super) fn values_and_fresh(plan: &mut Plan, context: &Context<'_>, batch: &Batch) {
     let Context { mesh, visible, .. } = context;
     let values = batch.values.iter().copied().filter(|&l| visible.shows(mesh, l));
-    plan.split_by_id(mesh, visible, values, |leaves, on_face| Step::Values { leaves, on_face });
+    plan.split_by_id(mesh, visible, values, |drawn_triangles, on_face| Step::Values { drawn_triangles, on_face });
     plan.draw_fresh(mesh, visible, batch);
 }
 
@@ -31,7 +31,7 @@ pub(super) fn values_and_fresh(plan: &mut Plan, context: &Context<'_>, batch: &B
 pub(super) fn coloured<'b>(context: &Context<'_>, batch: &'b Batch) -> Vec<Vec<Vec<&'b PendingPatch>>> {
     let Context { mesh, visible, projector, size } = context;
     let shown = |p: &&PendingPatch| batch.new[p.new.clone()].iter().any(|&l| visible.shows(mesh, l));
-    let face = |p: &PendingPatch| mesh.leaves.get(batch.new[p.new.start]).face;
+    let face = |p: &PendingPatch| mesh.drawn_triangles.get(batch.new[p.new.start]).face;
     let mut patches: Vec<_> = batch.patches.iter().filter(|p| !p.old.is_empty()).filter(shown).collect();
     patches.sort_by_key(|p| face(p));
     let mut waiting: Vec<&[&PendingPatch]> = patches.chunk_by(|p, q| face(p) == face(q)).collect();
@@ -67,8 +67,8 @@ fn mark_and_draw(plan: &mut Plan, batch: &Batch, by_colour: &[Vec<&PendingPatch>
             let patches = patches.iter().filter(move |p| p.counted == counted);
             patches.flat_map(|p| batch.new[p.new.clone()].iter().copied())
         };
-        let leaves = plan.extend(of(false));
-        plan.draw(leaves, Step::Marked { leaves, reference });
-        plan.draw_counted(of(true), |leaves| Step::Marked { leaves, reference });
+        let drawn_triangles = plan.extend(of(false));
+        plan.draw(drawn_triangles, Step::Marked { drawn_triangles, reference });
+        plan.draw_counted(of(true), |drawn_triangles| Step::Marked { drawn_triangles, reference });
     }
 }

@@ -30,17 +30,17 @@ fn mark_and_draw(plan: &mut Plan, batch: &Batch, by_colour: &[Vec<&PendingPatch>
     }
     let triangles = (first, plan.marks.len() as u32 / 3 - first);
     plan.draw(triangles, Step::MarkExported { triangles });
-    let leaves_of = |patch: &PendingPatch| batch.new[patch.new.clone()].iter().copied();
-    let (first, before) = (plan.list.len() as u32, plan.leaves_drawn);
+    let drawn_with = |patch: &PendingPatch| batch.new[patch.new.clone()].iter().copied();
+    let (first, before) = (plan.list.len() as u32, plan.triangles_drawn);
     plan.list_references.resize(first as usize, 0);
     for (reference, patch) in numbered(by_colour).filter(|(_, p)| !p.counted) {
-        plan.extend(leaves_of(patch));
+        plan.extend(drawn_with(patch));
         plan.list_references.resize(plan.list.len(), reference);
     }
-    let leaves = (first, plan.leaves_drawn - before);
-    plan.draw(leaves, Step::MarkedExported { leaves });
+    let drawn_triangles = (first, plan.triangles_drawn - before);
+    plan.draw(drawn_triangles, Step::MarkedExported { drawn_triangles });
     for (reference, patch) in numbered(by_colour).filter(|(_, p)| p.counted) {
-        plan.draw_counted(leaves_of(patch), |leaves| Step::MarkedExported { leaves });
+        plan.draw_counted(drawn_with(patch), |drawn_triangles| Step::MarkedExported { drawn_triangles });
         plan.list_references.resize(plan.list.len(), reference);
     }
 }

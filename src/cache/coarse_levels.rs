@@ -1,0 +1,236 @@
+//! The mesh above the geometry: real meshes are denser than their indirect light, so that not every base vertex has to
+//! gather (method 3, above the geometry).
+//!
+//! Base vertices are taken into a coarse-to-fine order of spacings that shrink threefold. Each takes the prediction of up to
+//! six coarser ones around it, by moving least squares, until it has gathered itself.
+
+use super::dynamic::{Between, Cache, Luminance, SlotId};
+use super::vertex::VertexId;
+use crate::math::luminance;
+use glam::{IVec3, Mat4, Vec3, Vec4};
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
+
+/// Spacings.
+pub const LEVELS: usize = 3;
+/// The widest spacing against the scene's scale.
+const WIDEST: f32 = 1.0 / 24.0;
+/// Ratio of one spacing to the next.
+const RATIO: f32 = 3.0;
+/// Coarser vertices are looked for within so many of their spacings.
+const REACH: f32 = 2.5;
+/// Coarser vertices that predict one.
+const MOST_PARENTS: usize = 6;
+/// Least cosine between normals of vertices that have to do with each other.
+const SAME_SIDE: f32 = 0.3;
+/// Largest distance from the mean plane of two vertices against their distance.
+const FLAT: f32 = 1.0 / 3.0;
+/// Damping of the slopes of the least-squares fit.
+const RIDGE: f32 = 0.03;
+/// Bounds of a weight: extrapolation must not run wild.
+const WEIGHTS: [f32; 2] = [-0.3, 1.3];
+
+/// Least total weight of those that are known.
+const LEAST_TOTAL: f32 = 0.1;
+/// Least relative deviation expected from a prediction.
+const LEAST_DOUBT: f32 = 0.2;
+
+/// Base vertices by place, a grid a spacing.
+#[derive(Clone, Debug, Default)]
+pub struct CoarseLevels {
+    grids: [FxHashMap<IVec3, Vec<VertexId>>; LEVELS],
+}
+
+/// A prediction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Predicted {
+    /// The light, with the variance that comes of noise.
+    pub light: Luminance,
+    /// Expected square error beyond noise: how far those that predict differ.
+    pub error: f32,
+}
+
+/// A vertex near another.
+#[derive(Clone, Copy, Debug)]
+struct Near {
+    vertex: VertexId,
+    /// Position relative to the other.
+    offset: Vec3,
+    distance: f32,
+}
+
+impl Cache {
+    /// Takes a base vertex into the order, below the coarser ones that are there already; once for each vertex.
+    pub fn place_in_coarse_levels(&mut self, vertex: VertexId) {
+        let mut parents: SmallVec<[Near; MOST_PARENTS]> = SmallVec::new();
+        let mut level = LEVELS;
+        for l in 0..LEVELS {
+            let near = self.near(l, vertex);
+            let alone = near.first().is_none_or(|n| n.distance > self.spacing(l));
+            if l == 0 || !alone {
+                parents = near;
+            }
+            if alone {
+                level = l;
+                break;
+            }
+        }
+        for l in level..LEVELS {
+            let cell = self.cell(l, self.vertices[vertex.0].position);
+            self.coarse.grids[l].entry(cell).or_default().push(vertex);
+        }
+        // Of the coarsest, the older predict the younger.
+        parents.retain(|parent| level > 0 || parent.vertex < vertex);
+        let slots: SmallVec<[SlotId; 4]> = self.slots_of(vertex).collect();
+        for slot in slots {
+            self.slots[slot.0].rank = level as u8;
+            if !parents.is_empty() {
+                self.predict_by(slot, &parents);
+            }
+        }
+    }
+
+    /// Slots that predict a base vertex, with their weights.
+    pub fn parents_of(&self, vertex: VertexId) -> impl Iterator<Item = (SlotId, f32)> + '_ {
+        let between = self.slots_of(vertex).find_map(|slot| self.slots[slot.0].between.as_ref().filter(|b| b.coarse));
+        between.into_iter().flat_map(|between| between.of.iter().copied())
+    }
+
+    /// Notes which slots predict one.
+    fn predict_by(&mut self, slot: SlotId, parents: &[Near]) {
+        let normal = self.slots[slot.0].normal;
+        let look = |parent: VertexId| {
+            let cosine = |s: &SlotId| self.slots[s.0].normal.dot(normal);
+            self.slots_of(parent).max_by(|a, b| cosine(a).total_cmp(&cosine(b)))
+        };
+        let radius = parents.iter().map(|p| p.distance).fold(0.0, f32::max) * 1.1;
+        let weights = least_squares_weights(parents, radius);
+        let of = parents.iter().zip(weights).filter_map(|(parent, weight)| Some((look(parent.vertex)?, weight)));
+        let between = Between { of: of.collect(), coarse: true };
+        self.note_between(slot, between);
+    }
+
+    /// What a slot shows that has not gathered: what coarser base vertices predict, to be shown, not to be computed with.
+    pub(super) fn shown_from_coarse(&self, slot: SlotId, between: &Between) -> Luminance {
+        let Some(Predicted { light, error }) = self.predicted_from_coarse(slot, between) else {
+            return Luminance::default();
+        };
+        let doubt = error + (LEAST_DOUBT * luminance(light.diffuse)).powi(2);
+        Luminance { variance: light.variance + doubt, stale: true, coarse: true, ..light }
+    }
+
+    /// What coarser base vertices predict for a slot, `None` if none of them knows anything.
+    pub(super) fn predicted_from_coarse(&self, slot: SlotId, between: &Between) -> Option<Predicted> {
+        let of = between.of.iter().filter(|(parent, _)| self.slots[parent.0].indirect.known);
+        let parts: SmallVec<[(Luminance, f32); MOST_PARENTS]> =
+            of.map(|&(parent, weight)| (self.turned(parent, slot), weight * self.weight(parent))).collect();
+        let total: f32 = parts.iter().map(|(_, weight)| weight).sum();
+        if total < LEAST_TOTAL {
+            return None;
+        }
+        let mut mean = Luminance { known: true, ..Luminance::default() };
+        for (light, weight) in &parts {
+            mean.diffuse += light.diffuse * *weight / total;
+            mean.specular += light.specular * *weight / total;
+            mean.variance += (weight / total).powi(2) * light.variance;
+        }
+        (mean.diffuse, mean.specular) = (mean.diffuse.max(Vec3::ZERO), mean.specular.max(Vec3::ZERO));
+        let y = luminance(mean.diffuse);
+        let (mut spread, mut size) = (0.0, 0.0);
+        for (light, weight) in &parts {
+            spread += weight.abs() * ((luminance(light.diffuse) - y).powi(2) - light.variance);
+            size += weight.abs();
+        }
+        Some(Predicted { light: mean, error: (spread / size).max(0.0) })
+    }
+
+    /// The light of a slot as it would be on the surface of another.
+    fn turned(&self, slot: SlotId, other: SlotId) -> Luminance {
+        let (record, gathered, other) = (&self.slots[slot.0], self.indirect.sum(slot), &self.slots[other.0]);
+        let gain = if gathered.samples() > 0 { gathered.turning(record.normal, other.normal) } else { 1.0 };
+        let as_glossy = (record.shininess, record.mirror) == (other.shininess, other.mirror);
+        let specular = if as_glossy { record.indirect.specular } else { Vec3::ZERO };
+        Luminance { diffuse: record.indirect.diffuse * gain, specular, ..record.indirect }
+    }
+
+    fn spacing(&self, level: usize) -> f32 {
+        self.scale * WIDEST * RATIO.powi(-(level as i32))
+    }
+
+    fn cell(&self, level: usize, position: Vec3) -> IVec3 {
+        (position / (self.spacing(level) * REACH)).floor().as_ivec3()
+    }
+
+    /// The nearest vertices of a level or coarser on the same side of the same surface, nearest first.
+    fn near(&self, level: usize, vertex: VertexId) -> SmallVec<[Near; MOST_PARENTS]> {
+        let here = &self.vertices[vertex.0];
+        let (centre, within) = (self.cell(level, here.position), self.spacing(level) * REACH);
+        let mut found: SmallVec<[Near; MOST_PARENTS]> = SmallVec::new();
+        for i in 0..27 {
+            let cell = centre + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+            for &other in self.coarse.grids[level].get(&cell).into_iter().flatten() {
+                let there = &self.vertices[other.0];
+                let offset = there.position - here.position;
+                let near = Near { vertex: other, offset, distance: offset.length() };
+                let normals = here.normal() + there.normal();
+                let related = here.normal().dot(there.normal()) > SAME_SIDE
+                    && offset.dot(normals).abs() * 0.5 <= near.distance * FLAT;
+                if near.distance <= within && related {
+                    let at = found.partition_point(|n| (n.distance, n.vertex) < (near.distance, near.vertex));
+                    if at < MOST_PARENTS {
+                        found.truncate(MOST_PARENTS - 1);
+                        found.insert(at, near);
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+/// Weights by which the values at places around a point give the value at it: those of a linear function are kept, as far
+/// as the places tell its slopes.
+fn least_squares_weights(places: &[Near], radius: f32) -> SmallVec<[f32; MOST_PARENTS]> {
+    let basis = |p: &Near| (p.offset / radius).extend(1.0);
+    let kernel = |p: &Near| {
+        let t = (p.distance / radius).powi(2);
+        (1.0 - t) * (1.0 - t) / (t + 0.02)
+    };
+    let mut normal = Mat4::from_diagonal(Vec4::new(RIDGE, RIDGE, RIDGE, 0.0));
+    for place in places {
+        let (phi, k) = (basis(place), kernel(place));
+        normal += Mat4::from_cols(phi * phi.x, phi * phi.y, phi * phi.z, phi * phi.w) * k;
+    }
+    // The constant's row of the inverse gives the fit's value at the point.
+    let value = normal.inverse().w_axis;
+    let raw = places.iter().map(|p| (kernel(p) * value.dot(basis(p))).clamp(WEIGHTS[0], WEIGHTS[1]));
+    let raw: SmallVec<[f32; MOST_PARENTS]> = raw.collect();
+    let sum: f32 = raw.iter().sum();
+    raw.iter().map(|w| w / sum).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn places(offsets: &[Vec3]) -> Vec<Near> {
+        offsets.iter().map(|&offset| Near { vertex: VertexId(0), offset, distance: offset.length() }).collect()
+    }
+
+    #[test]
+    fn linear_functions_are_predicted_nearly_exactly() {
+        let around = [Vec3::X, Vec3::new(-0.4, 0.9, 0.0), Vec3::new(-0.3, -0.7, 0.0), Vec3::new(0.2, 0.5, 0.0)];
+        let weights = least_squares_weights(&places(&around), 1.1);
+        let linear = |x: Vec3| 3.0 + x.x - 2.0 * x.y;
+        let value: f32 = around.iter().zip(&weights).map(|(x, w)| linear(*x) * w).sum();
+        assert!((value - 3.0).abs() < 0.15, "{value}");
+        assert!((weights.iter().sum::<f32>() - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn one_place_or_places_in_a_line_give_finite_weights() {
+        assert_eq!(least_squares_weights(&places(&[Vec3::Y]), 1.1).as_slice(), [1.0]);
+        let line = least_squares_weights(&places(&[Vec3::X, Vec3::X * -1.5, Vec3::X * 2.0]), 2.2);
+        assert!(line.iter().all(|w| w.is_finite()), "{line:?}");
+    }
+}

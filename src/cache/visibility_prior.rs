@@ -1,0 +1,105 @@
+//! How likely a place sees a light, by what was found around it: what an untraced light is taken to send, and which lights
+//! are worth a ray (method 6, many lights).
+//!
+//! Most of a hundred lamps hang behind something. Where twenty vertices found a lamp hidden, the next need not ask. Counts by
+//! cell, side and light give the odds, those of a larger cell as the prior of the smaller one's.
+
+use super::vertex::Vertex;
+use glam::{IVec3, Vec3};
+use rustc_hash::FxHashMap;
+
+/// Edges of the cells against the scene's scale, coarse to fine.
+const CELLS: [f32; SIZES] = [1.0, 1.0 / 32.0, 1.0 / 128.0];
+const SIZES: usize = 3;
+/// What a larger cell's odds count beside a cell's own, in vertices.
+const PRIOR: [f32; SIZES] = [1.0, 1.0, 2.0];
+/// VisibilityPrior of a light of which nothing is known.
+const UNKNOWN: f32 = 0.5;
+
+/// Cells at a place, for one side of its surface.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PriorCells {
+    cells: [Option<u32>; SIZES],
+}
+
+/// What was found in a cell of one light.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    /// Vertices that have traced it.
+    traced: f32,
+    /// Sum of the fractions that they see.
+    seen: f32,
+}
+
+/// A cell's size, place and side: the axis along which its surfaces face most.
+type Key = (u8, IVec3, u8);
+
+/// VisibilityPrior of seeing each light, by place.
+#[derive(Clone, Debug, Default)]
+pub struct VisibilityPrior {
+    cells: FxHashMap<Key, u32>,
+    /// By cell, then light.
+    counts: Vec<Count>,
+    lights: usize,
+    scale: f32,
+}
+
+impl VisibilityPrior {
+    pub(super) fn new(lights: usize, scale: f32) -> Self {
+        Self { lights, scale, ..Self::default() }
+    }
+
+    /// The cells of a vertex, as far as anything was found in them.
+    pub(super) fn place(&self, vertex: &Vertex) -> PriorCells {
+        PriorCells { cells: [0, 1, 2].map(|size| self.cells.get(&self.key(size, vertex)).copied()) }
+    }
+
+    /// Share of a light that a place may be expected to see: between 0 and 1, neither.
+    pub(super) fn at(&self, place: PriorCells, light: u32) -> f32 {
+        let refine = |odds: f32, (cell, prior): (&Option<u32>, f32)| {
+            let count = cell.map_or(Count::default(), |cell| self.counts[self.index(cell, light)]);
+            (count.seen + odds * prior) / (count.traced + prior)
+        };
+        place.cells.iter().zip(PRIOR).fold(UNKNOWN, refine)
+    }
+
+    /// The cells of a vertex, made where there are none.
+    pub(super) fn cells(&mut self, vertex: &Vertex) -> [u32; SIZES] {
+        [0, 1, 2].map(|size| {
+            let next = self.cells.len() as u32;
+            let cell = *self.cells.entry(self.key(size, vertex)).or_insert(next);
+            if cell == next {
+                self.counts.resize((next as usize + 1) * self.lights, Count::default());
+            }
+            cell
+        })
+    }
+
+    /// Takes in which share of a light a vertex in some cells has found visible.
+    pub(super) fn note(&mut self, cells: [u32; SIZES], light: u32, fraction: f32) {
+        for cell in cells {
+            let index = self.index(cell, light);
+            self.counts[index].traced += 1.0;
+            self.counts[index].seen += fraction;
+        }
+    }
+
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        self.cells.capacity() * size_of::<(Key, u32)>() + self.counts.capacity() * size_of::<Count>()
+    }
+
+    fn index(&self, cell: u32, light: u32) -> usize {
+        cell as usize * self.lights + light as usize
+    }
+
+    fn key(&self, size: usize, vertex: &Vertex) -> Key {
+        (size as u8, (vertex.position / (self.scale * CELLS[size])).floor().as_ivec3(), side(vertex.normal()))
+    }
+}
+
+/// The axis that a normal is nearest to, of any length, with its sign: 0 to 5.
+pub(super) fn side(normal: Vec3) -> u8 {
+    let axis = normal.abs().max_position();
+    2 * axis as u8 + u8::from(normal[axis] < 0.0)
+}

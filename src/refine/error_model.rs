@@ -1,0 +1,462 @@
+//! What a task is worth: expected drop of the image's square error a ray (method 5).
+
+use super::counts::FEW_PIXELS;
+use super::options::{Options, Priority};
+use crate::cache::dynamic::{Cache, Luminance, SlotId};
+use crate::cache::topology::{Node, NodeId, SAFE_LEVEL, Work};
+use crate::cache::vertex::VertexId;
+use crate::math::{combine, luminance};
+use crate::scene::{FaceId, Scene};
+use glam::Vec3;
+
+/// Mean reflectances of each material, as luminances: how much of D and S a pixel shows.
+#[derive(Clone, Debug)]
+pub struct Reflectances {
+    by_material: Vec<[f32; 2]>,
+}
+
+impl Reflectances {
+    /// Means over the textures.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let of = |m: &crate::scene::material::Material| {
+            let texture = m.map_kd.as_ref().map_or(Vec3::ONE, |map| scene.texture(map).mean());
+            [luminance(m.kd * texture), luminance(m.ks)]
+        };
+        Self { by_material: scene.materials.iter().map(of).collect() }
+    }
+
+    /// Luminance shown on a face of some light.
+    #[must_use]
+    pub fn shown(&self, scene: &Scene, face: FaceId, light: &Luminance) -> f32 {
+        let [kd, ks] = self.of_face(scene, face);
+        kd * luminance(light.diffuse) + ks * luminance(light.specular)
+    }
+
+    fn of_face(&self, scene: &Scene, face: FaceId) -> [f32; 2] {
+        let [kd, ks] = self.by_material[scene.triangle_materials[face.triangle().0 as usize].0 as usize];
+        let colour = scene.colour_at(face.triangle(), 1.0 / 3.0, 1.0 / 3.0);
+        [kd * luminance(colour), ks]
+    }
+
+    /// Square of the share of D's noise that a face shows.
+    #[must_use]
+    pub fn noise_gain(&self, scene: &Scene, face: FaceId) -> f32 {
+        self.of_face(scene, face)[0].powi(2)
+    }
+}
+
+/// Everything that keys are computed from.
+#[derive(Clone, Copy)]
+pub struct ErrorModel<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The cache.
+    pub cache: &'a Cache,
+    /// Reflectances.
+    pub reflectances: &'a Reflectances,
+    /// Options of the run.
+    pub options: &'a Options,
+    /// Error of a pixel, relative to the image's mean, that is left for later.
+    pub tolerance: f32,
+    /// Mean luminance of the image, below a share of which nothing shows.
+    pub mean: f32,
+    /// The camera's generation.
+    pub generation: u32,
+    /// Square error expected where nothing has been seen, relative to what a leaf shows.
+    pub hidden: f32,
+    /// Whether pixels can be asked one by one: the image is known.
+    pub checks: bool,
+}
+
+/// Weight of an edge's contrast against measured surplus: discontinuities not seen yet. [L 2.2]
+pub(super) const CONTRAST_WEIGHT: f32 = 0.02;
+/// Mean square error of linear interpolation for a unit sum of squared surpluses and their products. [L 2.2]
+pub(super) const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
+/// The same of a hard edge across a face that was never split, against the square of contrast times mean, and pixels of a face up to
+/// which that is assumed.
+const UNMEASURED_EDGE: f32 = 0.05;
+const SMALL_FACE: f32 = 16.0;
+/// A child's square error against its parent's, where light is smooth.
+pub(super) const CHILD: f32 = 1.0 / 16.0;
+/// The same where a penumbra begins.
+const KINKED_CHILD: f32 = 1.0 / 4.0;
+/// Contrast, of indirect light or with what lies between corners, that takes a leaf for one across a hard shadow's.
+pub(super) const HARD_CONTRAST: f32 = 0.4;
+/// The same for direct light: an edge where a quarter of it is missing looks sharp.
+const SHADOW_CONTRAST: f32 = 0.15;
+/// Pixels of the smallest leaf across a hard edge, against other leaves.
+pub(super) const HARD_PIXELS: f32 = 0.02;
+/// Least light that a leaf is judged by, against the image's mean.
+const LEAST_SHOWN: f32 = 0.1;
+/// Power of luminance by which a square error counts for less: 0 would be none, sRGB's curve by itself 1.1. This much lowers relMSE
+/// by a tenth to a fifth (Cornell box, Crytek Sponza, hall, living room) at an RMSE higher by up to a tenth.
+const DARKS: f32 = 0.35;
+/// Luminance against the image's mean below which that does not rise further.
+const LEAST_DARK: f32 = 0.05;
+/// Pixels of the smallest leaf whose middle is probed.
+const PROBED: f32 = 1.0;
+/// Rays that a new vertex costs, evaluation included.
+pub(super) const VERTEX_COST: f32 = 16.0;
+
+/// A leaf's light at a glance.
+#[derive(Clone, Copy, Debug)]
+pub struct LeafEstimate {
+    /// Mean shown luminance of the corners.
+    pub mean: f32,
+    /// Least shown luminance of the corners.
+    pub least: f32,
+    /// Largest Michelson contrast along an edge; an edge with a covered end counts as one.
+    pub contrast: f32,
+    /// Whether some of the corners are covered by other geometry, and some are not.
+    pub covered: bool,
+    /// Mean square error expected from interpolation.
+    pub interpolation: f32,
+    /// Mean variance of noise over the leaf.
+    pub noise: f32,
+}
+
+/// Midpoints on a leaf's edges against its corners.
+#[derive(Clone, Copy, Debug, Default)]
+struct Hanging {
+    /// Largest Michelson contrast of direct light with a corner.
+    contrast: f32,
+    /// Square error that a leaf without them would have there.
+    surplus: f32,
+    /// How much brighter the leaf is for them.
+    brighter: f32,
+}
+
+/// Σd² + Σdd′ of the surpluses on a triangle's edges, what the mean square error of interpolation is proportional to. [L 2.2]
+pub(super) fn sum_of_products(d: [f32; 3]) -> f32 {
+    let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+    squares + d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
+}
+
+/// Whether a leaf is known to show in exactly one pixel, and in which.
+fn is_one_pixel(work: &Work) -> bool {
+    work.pixels == 1.0 && work.ray.is_some()
+}
+
+/// Michelson contrast of direct light between two places, each given by its direct and its indirect light.
+fn michelson(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let sum = a[0] + a[1] + b[0] + b[1];
+    if sum > 0.0 { (a[0] - b[0]).abs() / sum } else { 0.0 }
+}
+
+impl ErrorModel<'_> {
+    /// Luminance shown at a slot on a face of direct and of indirect light.
+    pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
+        let record = &self.cache.slots[slot.0];
+        [&record.direct, &record.indirect].map(|light| self.reflectances.shown(self.scene, face, light))
+    }
+
+    /// Luminance of direct and of indirect light shown at the corners of a node, and which corners are covered.
+    fn corners(&self, node: NodeId) -> ([[f32; 2]; 3], [bool; 3]) {
+        let node = &self.cache.topology.nodes[node.0];
+        let shown = |slot| self.shown(node.face, slot);
+        let covered = |slot: SlotId| {
+            let vertex = self.cache.slots[slot.0].vertex;
+            self.cache.vertices[vertex.0].progress.covered
+        };
+        (node.corners.map(shown), node.corners.map(covered))
+    }
+
+    /// Judges a leaf.
+    #[must_use]
+    pub fn leaf(&self, id: NodeId) -> LeafEstimate {
+        if let Some(inner) = self.settled(id) {
+            return self.settled_leaf(id, inner);
+        }
+        let (shown, covered) = self.corners(id);
+        let node = &self.cache.topology.nodes[id.0];
+        let total = shown.map(|[direct, indirect]| direct + indirect);
+        let hanging = self.hanging(id, shown);
+        let mean = total.iter().sum::<f32>() / 3.0 + hanging.brighter;
+        let mut contrast = hanging.contrast;
+        for i in 0..3 {
+            let j = (i + 1) % 3;
+            contrast = contrast.max(if covered[i] == covered[j] { michelson(shown[i], shown[j]) } else { 1.0 });
+        }
+        if let Some(inner) = node.inner {
+            let inner = self.shown(node.face, inner.slot);
+            contrast = shown.iter().fold(contrast, |most, corner| most.max(michelson(*corner, inner)));
+        }
+        let noise_gain = self.reflectances.noise_gain(self.scene, node.face);
+        let variance = node.corners.map(|slot| self.cache.slots[slot.0].direct.variance).iter().sum::<f32>();
+        let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
+        let (highlight, mismatch) = (self.highlight(id), self.mismatch(id));
+        // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
+        let of_parent = match contrast {
+            c if c > HARD_CONTRAST => 1.0,
+            _ if self.spans_a_kink(node) => KINKED_CHILD,
+            _ => CHILD,
+        };
+        let surplus = (node.work.surplus / CHILD).max(hanging.surplus) * of_parent;
+        let interpolation = surplus
+            + SURPLUS_TO_MSE * CHILD * unseen
+            + self.unmeasured_edge(id, contrast) * mean.powi(2)
+            + highlight * highlight * node.work.highlight_share
+            + mismatch * mismatch * node.work.mismatch_share;
+        let covered = covered.contains(&true) && covered.contains(&false);
+        let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
+        LeafEstimate { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
+    }
+
+    /// Whether a penumbra begins or ends between the corners of a node.
+    fn spans_a_kink(&self, node: &Node) -> bool {
+        let partial = |slot: SlotId| self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.left.partial > 0;
+        let partial = node.corners.map(partial);
+        partial != [partial[0]; 3]
+    }
+
+    /// Square error of interpolating over a small face across a hard edge, against the square of its mean: nothing was ever measured
+    /// between its corners, and of its few pixels each may be on either side. (Large faces are soon split for their contrast.)
+    fn unmeasured_edge(&self, id: NodeId, contrast: f32) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        let is_small_face = node.level == 0 && node.work.pixels <= SMALL_FACE;
+        if is_small_face && contrast > SHADOW_CONTRAST { UNMEASURED_EDGE * contrast * contrast } else { 0.0 }
+    }
+
+    /// What the midpoints that finer neighbours put on a leaf's edges say against its corners.
+    fn hanging(&self, id: NodeId, corners: [[f32; 2]; 3]) -> Hanging {
+        let node = &self.cache.topology.nodes[id.0];
+        let mut found = Hanging::default();
+        if node.drawn.len() < 2 {
+            return found;
+        }
+        for i in 0..3 {
+            let Some(middle) = self.cache.hanging_slot(id, i) else { continue };
+            let (middle, a, b) = (self.shown(node.face, middle), corners[i], corners[(i + 1) % 3]);
+            let surplus = middle[0] - (a[0] + b[0]) * 0.5;
+            found.contrast = found.contrast.max(michelson(middle, a)).max(michelson(middle, b));
+            found.surplus += SURPLUS_TO_MSE * surplus * surplus;
+            found.brighter = found.brighter.max(surplus / 3.0);
+        }
+        found
+    }
+
+    /// The vertex inside a leaf, if that is what the leaf's one pixel shows.
+    pub(super) fn settled(&self, id: NodeId) -> Option<SlotId> {
+        let node = &self.cache.topology.nodes[id.0];
+        let inner = node.inner.filter(|inner| inner.generation == self.generation && is_one_pixel(&node.work))?;
+        Some(inner.slot)
+    }
+
+    /// A leaf of which nothing but its inner vertex shows: it has no error but that vertex's noise.
+    fn settled_leaf(&self, id: NodeId, inner: SlotId) -> LeafEstimate {
+        let face = self.cache.topology.nodes[id.0].face;
+        let shown = self.shown(face, inner).iter().sum();
+        let noise = self.reflectances.noise_gain(self.scene, face) * self.cache.slots[inner.0].direct.variance;
+        LeafEstimate { mean: shown, least: shown, contrast: 0.0, covered: false, interpolation: 0.0, noise }
+    }
+
+    /// Key of sampling a leaf where its one pixel sees it; 0 if it is not worth it, or not known which pixel that is.
+    #[must_use]
+    pub fn pixel_sample_key(&self, id: NodeId) -> f32 {
+        let work = &self.cache.topology.nodes[id.0].work;
+        if !is_one_pixel(work) || self.options.priority == Priority::Random || self.settled(id).is_some() {
+            return 0.0;
+        }
+        let light = self.leaf(id);
+        let error = light.interpolation * self.display_gain(light.least);
+        if error < (self.tolerance * self.mean).powi(2) { 0.0 } else { work.pixels * error / (1.0 + VERTEX_COST) }
+    }
+
+    /// Whether a leaf is as small as a pixel, so that it is sampled where that pixel sees it rather than split, once it is known
+    /// which pixel that is.
+    fn belongs_to_a_pixel(&self, id: NodeId) -> bool {
+        let work = &self.cache.topology.nodes[id.0].work;
+        (is_one_pixel(work) || (self.options.counted && work.pixels <= 1.0)) && self.options.priority == Priority::Error
+    }
+
+    /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles, less
+    /// what noise alone puts there.
+    #[must_use]
+    pub fn surplus(&self, id: NodeId, middles: [SlotId; 3]) -> f32 {
+        let (shown, covered) = self.corners(id);
+        let node = &self.cache.topology.nodes[id.0];
+        let gain = self.reflectances.noise_gain(self.scene, node.face);
+        let variance = |slot: SlotId| self.cache.slots[slot.0].direct.variance;
+        let mean = shown.iter().map(|s| s[0]).sum::<f32>() / 3.0;
+        let mut noise = 0.0;
+        let d = [0, 1, 2].map(|i| {
+            let j = (i + 1) % 3;
+            let middle = self.shown(node.face, middles[i])[0];
+            noise += gain * (variance(middles[i]) + (variance(node.corners[i]) + variance(node.corners[j])) * 0.25);
+            let vertex = self.cache.slots[middles[i].0].vertex;
+            let hidden = [covered[i], covered[j], self.cache.vertices[vertex.0].progress.covered];
+            if hidden.iter().any(|h| *h) && !hidden.iter().all(|h| *h) {
+                mean * 0.5
+            } else {
+                middle - (shown[i][0] + shown[j][0]) * 0.5
+            }
+        });
+        SURPLUS_TO_MSE * (sum_of_products(d) - noise).max(0.0)
+    }
+
+    /// Key of splitting a leaf; 0 if it is not worth it or not allowed.
+    #[must_use]
+    pub fn split_key(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        let light = self.leaf(id);
+        // A hard edge is a line: a leaf across it is refined until the line is a pixel wide.
+        let hard = self.is_hard(id, &light);
+        // One of the children of a leaf of one pixel has that pixel again: there the leaf's share of its face says how
+        // small it is.
+        let pixels = if node.work.pixels > 1.0 { node.work.pixels } else { node.work.pixels.min(node.work.share) };
+        let least = self.options.min_pixels * if hard { HARD_PIXELS } else { 1.0 };
+        if pixels <= least || self.is_finest(id) || self.belongs_to_a_pixel(id) {
+            return 0.0;
+        }
+        if self.options.priority == Priority::Random {
+            let wanted = light.contrast > self.options.contrast || !self.is_small(id);
+            return if wanted { self.random(u64::from(id.0)) } else { 0.0 };
+        }
+        // Below the tolerance nothing shows; a leaf that might hide a small shadow stays in the queue all the same.
+        let unseen = if self.is_small(id) { 0.0 } else { self.hidden_shadow(&light) };
+        let error = (light.interpolation + unseen) * self.display_gain(light.least);
+        if error < (self.tolerance * self.mean).powi(2) {
+            return 0.0;
+        }
+        let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
+        node.work.pixels * error / (1.0 + (VERTEX_COST + self.points_between(node)) * new as f32)
+    }
+
+    /// Whether single precision ends here: midpoints of the node's edges would not be apart.
+    pub(super) fn is_finest(&self, id: NodeId) -> bool {
+        if self.cache.topology.nodes[id.0].level < SAFE_LEVEL {
+            return false;
+        }
+        let [a, b, c] = self.cache.corner_vertices(id).map(|v| &self.cache.vertices[v.0]);
+        ![(a, b), (b, c), (c, a)].iter().all(|(p, q)| p.is_apart_from(q))
+    }
+
+    /// Points of lights' penumbrae that a new vertex between the corners of a node takes: half of what those have.
+    pub(super) fn points_between(&self, node: &Node) -> f32 {
+        let points = |slot: SlotId| self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.left.partial;
+        node.corners.map(points).iter().sum::<u32>() as f32 / (2.0 * 3.0)
+    }
+
+    /// Whether a leaf lies across a hard edge, or hides one.
+    pub(super) fn is_hard(&self, id: NodeId, light: &LeafEstimate) -> bool {
+        light.covered || light.contrast > SHADOW_CONTRAST || self.hides_contrast(id, light.mean)
+    }
+
+    /// Share of D that a leaf shows, in the mean.
+    pub(super) fn diffuse_reflectance(&self, id: NodeId) -> f32 {
+        self.reflectances.of_face(self.scene, self.cache.topology.nodes[id.0].face)[0]
+    }
+
+    /// Luminance by which a leaf's middle is known to differ from its corners.
+    fn mismatch(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        self.diffuse_reflectance(id) * node.work.mismatch.unwrap_or(0.0)
+    }
+
+    /// Whether something between a leaf's corners is a strong contrast to the mean of what they show.
+    fn hides_contrast(&self, id: NodeId, mean: f32) -> bool {
+        let (highlight, mismatch) = (self.highlight(id), self.mismatch(id));
+        // A mismatch may be a shadow, which is darker than the mean by that much.
+        let by_surprise = mismatch > SHADOW_CONTRAST * (2.0 * mean - mismatch).max(mismatch);
+        highlight > HARD_CONTRAST * (highlight + 2.0 * mean) || by_surprise
+    }
+
+    /// Whether a ray from its middle should tell what a leaf's corners do not: once, if they are known, where nothing else
+    /// would split it. Children of a leaf that held a mismatch are followed below the size of a pixel.
+    pub(super) fn wants_probe(&self, id: NodeId) -> bool {
+        let node = &self.cache.topology.nodes[id.0];
+        let parent = node.parent.and_then(|parent| self.cache.topology.nodes[parent.0].work.mismatch);
+        let least =
+            if parent.is_some_and(|mismatch| mismatch > 0.0) { self.options.min_pixels * HARD_PIXELS } else { PROBED };
+        let located = node.work.ray.is_some() || !self.options.counted || node.work.pixels > FEW_PIXELS as f32;
+        node.work.mismatch.is_none()
+            && located
+            && node.work.pixels >= least
+            && node.corners.iter().all(|slot| self.cache.slots[slot.0].direct.known)
+            && self.is_small(id)
+    }
+
+    /// Whether the midpoints of a leaf may take its corners' word for what they see of a light.
+    pub(super) fn trusts_corners(&self, id: NodeId) -> bool {
+        let mean = || self.corners(id).0.iter().map(|[direct, indirect]| direct + indirect).sum::<f32>() / 3.0;
+        self.is_small(id) && self.mismatch(id) == 0.0 && !self.hides_contrast(id, mean())
+    }
+
+    /// How much brighter than it is drawn a leaf is somewhere between its corners.
+    fn highlight(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        self.reflectances.of_face(self.scene, node.face)[1] * node.work.highlight
+    }
+
+    /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white all over
+    /// can wait (method 5). What is darker than the image's mean counts for more, since eyes and encodings tell darks apart.
+    pub(super) fn display_gain(&self, luminance: f32) -> f32 {
+        let against_mean = (luminance / self.mean.max(f32::MIN_POSITIVE)).max(LEAST_DARK);
+        (1.0 + luminance / self.options.white).powi(-4) * against_mean.powf(-DARKS)
+    }
+
+    /// Square error expected of a shadow too small to have been seen.
+    fn hidden_shadow(&self, light: &LeafEstimate) -> f32 {
+        (self.tolerance * 2.0 * self.mean).powi(2).max(self.hidden * self.judged_by(light))
+    }
+
+    /// Square of the light that what a leaf hides is judged by: what it shows, or a little if it shows none.
+    pub(super) fn judged_by(&self, light: &LeafEstimate) -> f32 {
+        light.mean.max(LEAST_SHOWN * self.mean).powi(2)
+    }
+
+    /// What a leaf whose corners agree is judged by when it turns out to hide something; `None` for other leaves.
+    #[must_use]
+    pub fn blind(&self, id: NodeId) -> Option<f32> {
+        let light = self.leaf(id);
+        let agrees = !light.covered && light.interpolation <= self.hidden_shadow(&light);
+        (agrees && !self.is_small(id)).then(|| self.judged_by(&light)).filter(|square| *square > 0.0)
+    }
+
+    /// Key of tracing what a vertex has put off, or of doubling its points, from the variance that goes.
+    #[must_use]
+    pub fn vertex_key(&self, id: VertexId, rays: f32) -> f32 {
+        if self.options.priority == Priority::Random {
+            return self.random(self.cache.vertices[id.0].key);
+        }
+        let mut gain = 0.0;
+        for slot in self.cache.slots_of(id) {
+            let variance = self.cache.slots[slot.0].direct.variance;
+            for leaf in self.cache.drawn_with(slot) {
+                let node = &self.cache.topology.nodes[self.cache.drawn[leaf.0].node.0];
+                let whole = self.settled(self.cache.drawn[leaf.0].node) == Some(slot);
+                let part = if whole { 1.0 } else { 1.0 / 6.0 };
+                let share = node.work.pixels * part / node.drawn.len().max(1) as f32;
+                let shown = self.shown(node.face, slot).iter().sum();
+                let noise = variance * self.reflectances.noise_gain(self.scene, node.face);
+                gain += share * noise * self.display_gain(shown);
+            }
+        }
+        let shows = self.cache.slots_of(id).any(|slot| self.noise_shows(slot));
+        if shows { gain * 0.5 / rays.max(1.0) } else { 0.0 }
+    }
+
+    fn noise_shows(&self, slot: SlotId) -> bool {
+        let record = &self.cache.slots[slot.0];
+        let floor = self.tolerance * luminance(record.diffuse()).max(self.mean);
+        record.direct.variance > floor * floor
+    }
+
+    fn longest_edge(&self, node: NodeId) -> f32 {
+        let [a, b, c] = self.cache.corner_positions(node);
+        a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a)).sqrt()
+    }
+
+    /// Whether corners that agree may speak for what lies between them: no shadow that is wanted fits in there, neither by
+    /// its size in the scene nor, near the eye, by its pixels.
+    #[must_use]
+    pub fn is_small(&self, node: NodeId) -> bool {
+        let pixels = self.cache.topology.nodes[node.0].work.pixels;
+        pixels <= self.options.shadow_pixels && self.longest_edge(node) <= self.options.shadow_size
+    }
+
+    fn random(&self, what: u64) -> f32 {
+        (combine(self.options.seed, what) >> 40) as f32 / (1_u32 << 24) as f32 + f32::MIN_POSITIVE
+    }
+}

@@ -1,0 +1,299 @@
+//! What work on indirect light is worth: keys in the same currency as those of direct light ([`super::error_model`]).
+
+use super::error_model::{
+    CHILD, CONTRAST_WEIGHT, ErrorModel, HARD_CONTRAST, HARD_PIXELS, SURPLUS_TO_MSE, VERTEX_COST, sum_of_products,
+};
+use crate::cache::dynamic::{Luminance, SlotId};
+use crate::cache::topology::{Node, NodeId};
+use crate::cache::vertex::VertexId;
+use crate::math::luminance;
+use crate::refine::update::DrawnId;
+use glam::Vec3;
+
+/// Rays of a vertex's first round.
+pub const FIRST_RAYS: u32 = 16;
+/// Rays of the first round of a vertex inside a leaf.
+const INNER_RAYS: u32 = 32;
+/// What the variance of a sample comes to if it is spread over its rays, against the square of the value, where nothing was sampled.
+const NOISE_OF_ONE_RAY: f32 = 1.0;
+/// Rays that found no light at all, which prove that a vertex is enclosed.
+pub const PROOF_OF_DARKNESS: u32 = 128;
+/// A vertex is not sampled beyond this many rays (whose noise is about 0.05 %).
+const MAX_RAYS: u32 = 1 << 17;
+/// Most rays of the first round of a vertex of a finer level.
+const MOST_FIRST_RAYS: u32 = 1 << 16;
+/// Rays traced for one gathered: itself and the shadow ray at its hit.
+const RAYS_A_SAMPLE: f32 = 2.0;
+/// Guess of the standard deviation of interpolation where nothing has been measured: a share of the value.
+const UNMEASURED: f32 = 0.05;
+/// The same where corners are covered by other geometry, whose light is not the surface's.
+const COVERED: f32 = 0.25;
+/// The same for what no vertex of a large leaf has seen, against what is typical of the image.
+const UNSEEN: f32 = 0.02;
+/// Pixels of a leaf that may hide something.
+const LARGE: f32 = 64.0;
+/// Least reflectance that light is judged by.
+const LEAST_REFLECTANCE: f32 = 0.05;
+/// Standard deviation of a vertex that was never sampled against the mean of the image.
+const UNSAMPLED: f32 = 0.5;
+/// The same where coarser vertices predict it: what they see may be darker than what is typical, but it may be wrong, too.
+const PREDICTED: f32 = 0.3;
+/// Share of a vertex's noise, as a variance, that the vertices which it predicts show, against its weight there.
+const NOISE_BELOW: f32 = 0.3;
+/// How many times its expected noise a squared surplus must exceed for it to be believed: two standard deviations.
+const SIGNIFICANCE: f32 = 2.6;
+/// Least relative standard deviation of a sample: that the first few agree does not say that all would.
+const LEAST_DEVIATION: f32 = 0.1;
+
+impl ErrorModel<'_> {
+    /// Share of the square error of D over a leaf that the image shows.
+    #[must_use]
+    pub fn gain(&self, id: NodeId) -> f32 {
+        self.gain_of(id, &self.cache.topology.nodes[id.0].corners)
+    }
+
+    /// The same where a leaf shows the light of these slots.
+    #[must_use]
+    pub fn gain_of(&self, id: NodeId, slots: &[SlotId]) -> f32 {
+        let face = self.cache.topology.nodes[id.0].face;
+        let total = slots.iter().map(|&slot| self.shown(face, slot).iter().sum::<f32>());
+        let least = total.fold(f32::INFINITY, f32::min);
+        self.reflectances.noise_gain(self.scene, face) * self.display_gain(least)
+    }
+
+    /// Square of how far the indirect light inside a leaf may be from what its corners make of it, if other geometry covers any of
+    /// them: those do not know it at all.
+    #[must_use]
+    pub fn doubt_inside(&self, id: NodeId) -> Option<f32> {
+        let covered = self.cache.topology.nodes[id.0].corners.into_iter().any(|slot| self.is_covered(slot));
+        covered.then(|| self.brightest(id).powi(2))
+    }
+
+    /// Expected square error of indirect D over a leaf of its mesh: interpolation and noise.
+    #[must_use]
+    pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
+        let node = &self.cache.topology.nodes[id.0];
+        let lights = node.corners.map(|slot| self.cache.slots[slot.0].indirect);
+        let covered = node.corners.map(|slot| self.is_covered(slot));
+        let valid = || (0..3).filter(|&i| !covered[i]).map(|i| &lights[i]);
+        let count = valid().count();
+        if count == 0 {
+            // Whatever its corners know is not its own light.
+            return [(COVERED * self.typical(id)).powi(2), 0.0];
+        }
+        let y = || valid().map(|light| luminance(light.diffuse));
+        let (least, most) = (y().fold(f32::INFINITY, f32::min), y().fold(0.0, f32::max));
+        // The mean square of what linear weights leave of the corners' independent noise: a half, two thirds or all of it.
+        // What was never sampled is missing from the picture.
+        let unknown = (UNSAMPLED * self.typical(id)).powi(2);
+        let variance = |l: &Luminance| if l.known { l.variance } else { unknown };
+        let noise =
+            valid().map(variance).sum::<f32>() * [1.0, 1.0 / 3.0, 1.0 / 6.0][count - 1] + self.hanging_noise(node);
+        let contrast = CONTRAST_WEIGHT * (most - least).powi(2);
+        let interpolation = if node.indirect.surplus.is_finite() {
+            node.indirect.surplus + SURPLUS_TO_MSE * CHILD * contrast
+        } else {
+            (UNMEASURED * most.max(self.typical(id))).powi(2) + contrast
+        };
+        [interpolation, noise]
+    }
+
+    /// Variance that sampled midpoints on a leaf's edges, which neighbours have refined, add to what it shows.
+    fn hanging_noise(&self, node: &Node) -> f32 {
+        let middles = node.edges.into_iter().filter_map(|edge| self.cache.topology.midpoint(edge));
+        let slots =
+            middles.filter_map(|middle| self.cache.slots_of(middle).find(|&slot| self.cache.indirect.is_sampled(slot)));
+        slots.map(|slot| self.cache.slots[slot.0].indirect.variance).sum::<f32>() / 6.0
+    }
+
+    /// Whether a leaf lies across a line where its surface runs into another: some of its corners are covered, or see hardly
+    /// any of the light that others see.
+    fn crosses_contact(&self, id: NodeId) -> bool {
+        let corners = self.cache.topology.nodes[id.0].corners;
+        let covered = corners.map(|slot| self.is_covered(slot));
+        let y = corners.map(|slot| luminance(self.cache.slots[slot.0].indirect.diffuse));
+        let (least, most) = (y.into_iter().fold(f32::INFINITY, f32::min), y.into_iter().fold(0.0, f32::max));
+        let mixed = covered.contains(&true) && covered.contains(&false);
+        mixed || most - least > HARD_CONTRAST * (most + least)
+    }
+
+    /// Square of how far a middle may deviate where nothing has been measured.
+    pub fn unmeasured(&self, id: NodeId) -> f32 {
+        (COVERED * self.brightest(id).max(self.typical(id))).powi(2)
+    }
+
+    /// Greatest luminance of indirect D at a node's corners.
+    fn brightest(&self, id: NodeId) -> f32 {
+        let corners = self.cache.topology.nodes[id.0].corners;
+        corners.map(|slot| luminance(self.cache.slots[slot.0].indirect.diffuse)).into_iter().fold(0.0, f32::max)
+    }
+
+    /// D that would make a node's face as bright as the image is in the mean.
+    fn typical(&self, id: NodeId) -> f32 {
+        let reflectance = self.reflectances.noise_gain(self.scene, self.cache.topology.nodes[id.0].face).sqrt();
+        self.mean / reflectance.max(LEAST_REFLECTANCE)
+    }
+
+    fn is_covered(&self, slot: SlotId) -> bool {
+        self.cache.vertices[self.cache.slots[slot.0].vertex.0].progress.covered
+    }
+
+    /// Square error of interpolating indirect light over a node, from its middles: as far as noise does not explain it, and
+    /// what it may be at most. `None` while middles are not sampled.
+    #[must_use]
+    pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<[f32; 2]> {
+        let corners = self.cache.topology.nodes[id.0].corners;
+        let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
+        let mut noise = 0.0;
+        let mut measured = false;
+        let d = [0, 1, 2].map(|i| {
+            let (a, b) = (light(corners[i]), light(corners[(i + 1) % 3]));
+            let hidden = [corners[i], corners[(i + 1) % 3], middles[i]].into_iter().any(|s| self.is_covered(s));
+            if hidden || a.stale || b.stale || !self.cache.indirect.is_sampled(middles[i]) {
+                return 0.0;
+            }
+            measured = true;
+            // Its own: what it is shown with leans towards what the ends predict.
+            let middle = self.cache.gathered(middles[i], Vec3::ZERO);
+            noise += middle.variance + (a.variance + b.variance) * 0.25;
+            luminance(middle.diffuse - (a.diffuse + b.diffuse) * 0.5)
+        });
+        let (found, noise) = (sum_of_products(d), noise * SIGNIFICANCE);
+        measured.then(|| [(found - noise).max(0.0), found + noise].map(|d| SURPLUS_TO_MSE * d))
+    }
+
+    /// Key of sampling the middles of a leaf of the mesh of indirect light; 0 if it is not worth it or not allowed.
+    #[must_use]
+    pub fn refine_key(&self, id: NodeId) -> f32 {
+        let node = &self.cache.topology.nodes[id.0];
+        let light = |slot: &SlotId| self.cache.slots[slot.0].indirect;
+        // A covered corner may never gather; what it would find is not this surface's light anyway.
+        let is_known = |slot: &SlotId| self.is_covered(*slot) || light(slot).known && !light(slot).stale;
+        let known = node.corners.iter().all(is_known);
+        let crosses = self.crosses_contact(id);
+        let least = self.options.min_pixels * if crosses { HARD_PIXELS } else { 1.0 };
+        if node.indirect.pixels <= least || !known || self.is_finest(id) {
+            return 0.0;
+        }
+        let mut error = self.indirect_error(id)[0];
+        if node.indirect.pixels > LARGE {
+            error += (UNSEEN * self.typical(id)).powi(2);
+        }
+        if crosses {
+            error += (COVERED * self.brightest(id)).powi(2) * CHILD;
+        }
+        let error = error * self.gain(id);
+        let (mut samples, mut vertices) = (0, 0);
+        for edge in node.edges {
+            match self.cache.topology.midpoint(edge) {
+                None => (samples, vertices) = (samples + 1, vertices + 1),
+                Some(v) => samples += u32::from(self.cache.indirect.rays(v) == 0),
+            }
+        }
+        let rays = samples as f32 * self.first_rays(id) as f32 * RAYS_A_SAMPLE;
+        node.indirect.pixels * error / (1.0 + rays + VERTEX_COST * vertices as f32)
+    }
+
+    /// Rays of the first round at the middles of a node: about as many as its corners have, or finer vertices would show
+    /// more noise than coarse ones.
+    #[must_use]
+    pub fn first_rays(&self, id: NodeId) -> u32 {
+        let rays = self.cache.corner_vertices(id).map(|v| self.cache.indirect.rays(v));
+        let least = rays.into_iter().filter(|&r| r > 0).min().unwrap_or(FIRST_RAYS);
+        (least / 2).clamp(FIRST_RAYS, MOST_FIRST_RAYS)
+    }
+
+    /// Key of a vertex's next round, which doubles its rays.
+    #[must_use]
+    pub fn gather_key(&self, id: VertexId) -> f32 {
+        let vertex = &self.cache.vertices[id.0];
+        let rays = self.cache.indirect.rays(id);
+        // A covered midpoint takes over what is known around; of a base vertex something must be known.
+        let is_done = vertex.progress.covered && !vertex.progress.enclosed && (rays > 0 || !self.is_base(id));
+        if rays >= MAX_RAYS || is_done {
+            return 0.0;
+        }
+        if rays == 0 {
+            let rays = self.first_rays_at(id) as f32;
+            return (vertex.importance + vertex.importance_below) * self.first_gain(id, rays) / (rays * RAYS_A_SAMPLE);
+        }
+        let likely = |slot: SlotId| {
+            let light = &self.cache.slots[slot.0].indirect;
+            light.variance.max((LEAST_DEVIATION * luminance(light.diffuse)).powi(2) / rays as f32)
+        };
+        let mut variance = self.cache.slots_of(id).map(likely).fold(0.0, f32::max);
+        if variance == 0.0 && rays < PROOF_OF_DARKNESS {
+            // It may lie inside something, or its few rays missed what light there is.
+            // That does not become less likely with the rays until there is proof.
+            variance = (UNSAMPLED * self.mean).powi(2) / FIRST_RAYS as f32;
+        }
+        let importance = vertex.importance + NOISE_BELOW * vertex.importance_below + self.hanging_importance(id);
+        importance * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
+    }
+
+    /// Whether a vertex is a corner of the scene's triangles.
+    fn is_base(&self, id: VertexId) -> bool {
+        self.cache.vertices[id.0].first_slot.is_none_or(|slot| self.cache.slots[slot.0].is_base())
+    }
+
+    /// What shows of a sampled vertex in leaves of the mesh of indirect light that it is no corner of: it lies on an edge of theirs, which
+    /// neighbours have refined, and they are drawn through it.
+    fn hanging_importance(&self, id: VertexId) -> f32 {
+        // Base vertices are corners wherever they are drawn.
+        if self.is_base(id) || self.cache.pixel_slot(id).is_some() {
+            return 0.0;
+        }
+        let leaves = self.cache.slots_of(id).flat_map(|slot| self.cache.drawn_with(slot));
+        let share = |leaf: DrawnId| {
+            let node = self.cache.drawn[leaf.0].node;
+            let holder = self.cache.topology.indirect_leaf(node);
+            if self.cache.corner_vertices(holder).contains(&id) {
+                return 0.0;
+            }
+            let Node { work, drawn, .. } = &self.cache.topology.nodes[node.0];
+            if work.generation == self.generation {
+                work.pixels * self.gain(holder) / (6 * drawn.len()) as f32
+            } else {
+                0.0
+            }
+        };
+        leaves.map(share).sum()
+    }
+
+    /// Drop of the square error at a vertex that its first round of so many rays would buy.
+    fn first_gain(&self, id: VertexId, rays: f32) -> f32 {
+        let light = |slot: SlotId| self.cache.slots[slot.0].indirect;
+        if let Some(slot) = self.cache.pixel_slot(id) {
+            let noise = NOISE_OF_ONE_RAY * luminance(light(slot).diffuse).powi(2) / rays;
+            return (self.cache.indirect.expected(id) - noise).max(0.0);
+        }
+        // The coarsest do show what others predict, but many rest on them.
+        let rests_on_others = |slot: &SlotId| self.cache.slots[slot.0].rank > 0;
+        let predicted = self.cache.slots_of(id).filter(rests_on_others).map(light).filter(|light| light.coarse);
+        let Some(doubt) = predicted.map(|light| light.variance).reduce(f32::max) else {
+            // Where all that is seen is dark so far there is nothing to compare with, and all the more to find.
+            return if self.mean > 0.0 { (UNSAMPLED * self.mean).powi(2) } else { 1.0 };
+        };
+        let doubt = doubt.max((PREDICTED * self.mean).powi(2));
+        // A sample of its own brings noise of its own: about as much a ray as those that predict it have.
+        let parents = self.cache.parents_of(id).filter(|(parent, _)| self.cache.indirect.is_sampled(*parent));
+        let a_ray = parents.map(|(parent, _)| light(parent).variance * self.rays_at(parent) as f32);
+        let (sum, count) = a_ray.fold((0.0, 0), |(sum, count), noise| (sum + noise, count + 1));
+        if count == 0 { doubt } else { (doubt - sum / (count as f32 * rays)).max(0.0) }
+    }
+
+    /// Rays of the first round at a base vertex: about as many as those that predict it have, or finer vertices would show
+    /// more noise than coarse ones.
+    #[must_use]
+    pub fn first_rays_at(&self, id: VertexId) -> u32 {
+        if self.cache.pixel_slot(id).is_some() {
+            return INNER_RAYS;
+        }
+        let rays = self.cache.parents_of(id).map(|(parent, _)| self.rays_at(parent)).filter(|&rays| rays > 0);
+        (rays.min().unwrap_or(FIRST_RAYS) / 2).clamp(FIRST_RAYS, MOST_FIRST_RAYS)
+    }
+
+    fn rays_at(&self, slot: SlotId) -> u32 {
+        self.cache.indirect.rays(self.cache.slots[slot.0].vertex)
+    }
+}
