@@ -351,7 +351,7 @@ fn what_is_behind_a_wall_does_not_darken_what_runs_into_it() {
     assert!(up_to < 0.8 && through > 0.9, "{through} {up_to}");
 }
 
-/// The adaptive methods run in the engine, too: too dark, as docs/bench.md says of them, but not by more.
+/// The adaptive methods run in the engine, too: too dark, as docs/notebook/bench.md says of them, but not by more.
 #[test]
 fn the_methods_err_as_documented() {
     let mean = |method| {

@@ -168,7 +168,7 @@ impl LightVector {
 
 /// Variance of the mean of stratified samples against that of independent ones, where nothing is measured yet: n^-0.3.
 ///
-/// Measured at 1024 rays (docs/bench.md): 0.07 where light is even, as in a Cornell box, and near 1 where few rays
+/// Measured at 1024 rays (docs/notebook/bench.md): 0.07 where light is even, as in a Cornell box, and near 1 where few rays
 /// find most of it, as in a room of small lamps; this is between.
 #[must_use]
 pub fn usual_gain(samples: u32) -> f32 {

@@ -7,7 +7,7 @@
 //!
 //! `bench` measures it to show what stratification gains. The engine keeps to [`usual_gain`]: with the measured one its
 //! estimated error was nearer to the truth in a hall of small lamps (0.99 of it against 0.82) but 2.8 times too large, against
-//! 1.7, in a Cornell box, where rounds err upwards most (docs/light-vectors.md).
+//! 1.7, in a Cornell box, where rounds err upwards most (docs/notebook/light-vectors.md).
 
 use super::light_vector::{LightVector, usual_gain};
 use crate::math::luminance;

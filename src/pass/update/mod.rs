@@ -26,7 +26,8 @@ use shape::Shape;
 pub enum UpdateMode {
     /// The paper's: old triangles mark the stencil by depth EQUAL, new ones draw where they did.
     Stencil,
-    /// New triangles where the face-id image shows their face: the default, by the figures of docs/update-modes.md.
+    /// New triangles where the face-id image shows their face: the default, by the figures of
+    /// docs/notebook/update-modes.md.
     #[default]
     Id,
     /// New triangles where they are not farther than what was drawn last.
