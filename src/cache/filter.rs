@@ -1,5 +1,5 @@
-//! Noise of indirect light between vertices: what a vertex shows is its own sample combined with what its
-//! neighbours predict, each by what it is worth. The sample's share tends to 1 as its rays grow in number, so that nothing is
+//! Noise of indirect light between vertices: what a vertex shows is its own sample combined with what its neighbours
+//! predict, each by what it is worth. The sample's share tends to 1 as its rays grow in number, so that nothing is
 //! smoothed away in the limit.
 
 use super::ids::{NodeId, SlotId};
@@ -42,7 +42,8 @@ impl Cache {
         combine(own, Estimate { light: predicted, noise: predicted.variance, error })
     }
 
-    /// A base vertex's light from its own rays and from what coarser ones around it predict, or those of its neighbours.
+    /// A base vertex's light from its own rays and from what coarser ones around it predict, or those of its
+    /// neighbours.
     pub(super) fn filtered(&self, slot: SlotId, own: SlotLight, eye: Eye<'_>) -> SlotLight {
         // The coarsest have only some of those around them to go by.
         let between = self.slots[slot].between.as_ref().filter(|_| self.slots[slot].rank > 0);
@@ -108,8 +109,8 @@ impl Cache {
         }
     }
 
-    /// Variance of a slot's own D, pooled with others': by itself it is small where the sample is low, which would make low
-    /// samples count for more than high ones.
+    /// Variance of a slot's own D, pooled with others': by itself it is small where the sample is low, which would
+    /// make low samples count for more than high ones.
     fn pooled_variance(&self, slot: SlotId, others: impl Iterator<Item = SlotId>) -> f32 {
         let own = self.indirect.sum(slot);
         let per_ray = |sum: &LightVector| sum.independent_variance() * sum.samples() as f32;

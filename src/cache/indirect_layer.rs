@@ -61,8 +61,8 @@ impl IndirectLayer {
         self.previous.forget(vertex, slot);
     }
 
-    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, or a vertex inside a leaf from what
-    /// its corners do, luminance².
+    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, or a vertex inside a
+    /// leaf from what its corners do, luminance².
     pub fn note_expected(&mut self, vertex: VertexId, square: f32) {
         *self.gathers.expected.entry(vertex) = square;
     }
