@@ -133,6 +133,27 @@ fn pages_that_comments_name_are_in_the_repository() {
 }
 
 #[test]
+fn pages_name_files_that_exist() {
+    let mut pages = sources("docs", "md");
+    pages.push(root().join("README.md"));
+    // History keeps its names.
+    let missing: Vec<String> = pages
+        .iter()
+        .filter(|page| !slashes(page).starts_with("docs/notebook/"))
+        .flat_map(|page| named_files(&fs::read_to_string(page).unwrap()).into_iter().map(move |name| (page, name)))
+        .filter(|(page, name)| !root().join(name).exists() && !page.with_file_name(name).exists())
+        .map(|(page, name)| format!("{}: {name} does not exist", slashes(page)))
+        .collect();
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+#[test]
+fn files_are_found_in_links_and_in_code() {
+    let text = "See [this](method/a.md#b), [that](https://x.y), `src/cache/pool.rs`, `src/NEW/` and `cache::pool`.";
+    assert_eq!(named_files(text), ["method/a.md", "src/cache/pool.rs"]);
+}
+
+#[test]
 fn pages_are_found_however_they_are_cited() {
     let text =
         "//! As in docs/bench.md, (method 3) or `lavapipe.md` 4.\nlet a = \"b.md\"; // see method 5, the methods 2";
@@ -358,6 +379,19 @@ fn group_items(group: &str) -> Vec<&str> {
 
 fn without_comments(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+}
+
+/// The files that a page links to, or names in code: those of an example, in capitals, left out.
+fn named_files(text: &str) -> Vec<String> {
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+    let links = links.filter(|link| !link.is_empty() && !link.starts_with("http"));
+    let folders = ["src/", "glsl/", "tests/", "scenes/", "docs/"];
+    let is_file = |name: &&str| {
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "/._-".contains(c);
+        folders.iter().any(|folder| name.starts_with(folder)) && name.chars().all(plain)
+    };
+    let code = text.lines().flat_map(|line| line.split('`').skip(1).step_by(2)).filter(is_file);
+    links.chain(code).map(str::to_owned).collect()
 }
 
 /// What comments cite as a page: a file of Markdown, or "method" and a number.
