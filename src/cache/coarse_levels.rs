@@ -27,7 +27,7 @@ const LEAST_DOUBT: f32 = 0.2;
 pub(super) struct Predicted {
     /// The light, with the variance that comes of noise.
     pub light: SlotLight,
-    /// Expected square error beyond noise: how far those that predict differ.
+    /// Expected square error beyond noise, (W·sr⁻¹·m⁻²)²: how far those that predict differ.
     pub error: f32,
 }
 

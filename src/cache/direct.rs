@@ -201,14 +201,14 @@ fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
 /// A light that nothing but a ray can settle at a vertex.
 struct Open {
     light: u32,
-    /// What can arrive, luminance.
+    /// What can arrive: luminance of irradiance, W·m⁻².
     strength: f32,
     /// Share of it that is likely to arrive.
     odds: f32,
 }
 
 impl Open {
-    /// Variance of what arrives, by the odds.
+    /// Variance of what arrives, by the odds, (W·m⁻²)².
     fn variance(&self) -> f32 {
         self.strength * self.strength * self.odds * (1.0 - self.odds)
     }

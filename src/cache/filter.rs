@@ -24,9 +24,9 @@ type Neighbours = SmallVec<[SlotId; 12]>;
 #[derive(Clone, Copy, Debug)]
 struct Estimate {
     light: SlotLight,
-    /// Variance by noise.
+    /// Variance by noise, (W·sr⁻¹·m⁻²)².
     noise: f32,
-    /// Expected square error beyond noise.
+    /// Expected square error beyond noise, (W·sr⁻¹·m⁻²)².
     error: f32,
 }
 
@@ -101,7 +101,7 @@ impl Cache {
         found
     }
 
-    /// Variance of a slot's own D by what it and those around it have seen.
+    /// Variance of a slot's own D by what it and those around it have seen, (W·sr⁻¹·m⁻²)².
     pub fn likely_variance(&self, slot: SlotId) -> f32 {
         match &self.slots[slot].between {
             Some(between) => self.pooled_variance(slot, between.of.iter().map(|(other, _)| *other)),

@@ -19,9 +19,9 @@ use std::f32::consts::PI;
 /// Diffuse luminance of a slot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Diffuse {
-    /// D = Σ E/π over all lights, as far as known (docs/method/what-a-pixel-shows.md).
+    /// D = Σ E/π over all lights, W·sr⁻¹·m⁻², as far as known (docs/method/what-a-pixel-shows.md).
     pub value: Vec3,
-    /// Variance of its luminance, from penumbrae and from lights that are not traced yet.
+    /// Variance of its luminance, (W·sr⁻¹·m⁻²)², from penumbrae and from lights that are not traced yet.
     pub variance: f32,
 }
 
@@ -40,7 +40,7 @@ const SAMPLED: f32 = 0.1;
 pub struct Shown {
     /// Diffuse luminance.
     pub diffuse: Diffuse,
-    /// Specular luminance S (docs/method/what-a-pixel-shows.md).
+    /// Specular luminance S, W·sr⁻¹·m⁻² (docs/method/what-a-pixel-shows.md).
     pub specular: Vec3,
     /// What its vertex leaves to trace.
     pub left: Left,
@@ -108,7 +108,7 @@ impl Cache {
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     irradiance: Vec3,
-    /// Irradiance without occlusion.
+    /// Irradiance without occlusion, W·m⁻².
     unoccluded: Vec3,
     specular: Vec3,
 }

@@ -14,7 +14,7 @@ pub struct Gathers {
     pub rays: Sparse<VertexId, u32>,
     /// Sums over those rays, by slot.
     pub sums: Sparse<SlotId, LightVector>,
-    /// By midpoint: expected square deviation of D from what its edge's ends predict, luminance²; 0 where nothing is
+    /// By midpoint: expected square deviation of D from what its edge's ends predict, (W·sr⁻¹·m⁻²)²; 0 where nothing is
     /// known.
     pub expected: Sparse<VertexId, f32>,
 }

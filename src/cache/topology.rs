@@ -59,9 +59,9 @@ impl Children {
 /// What is known of the error of interpolating direct light over a node: it holds in any view.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DirectError {
-    /// Expected square error, luminance², from the surplus at the midpoints of its parent's edges.
+    /// Expected square error, (W·sr⁻¹·m⁻²)², from the surplus at the midpoints of its parent's edges.
     pub surplus: f32,
-    /// Luminance of D inside it that rays found other than its corners say; `None` while none were traced.
+    /// Luminance of D inside it, W·sr⁻¹·m⁻², that rays found other than its corners say; `None` while none were traced.
     pub mismatch: Option<f32>,
     /// Share of its area that the mismatch stands for.
     pub mismatch_share: f32,
@@ -72,7 +72,7 @@ pub struct DirectError {
 pub struct IndirectError {
     /// Whether indirect light is sampled at the midpoints of its edges.
     pub split: bool,
-    /// Expected square error of interpolating indirect D over it, luminance², as far as noise does not explain it;
+    /// Expected square error of interpolating indirect D over it, (W·sr⁻¹·m⁻²)², as far as noise does not explain it;
     /// infinite while nothing tells.
     pub surplus: f32,
     /// What it may be at most, noise included; infinite while nothing tells.

@@ -21,7 +21,7 @@ const POINTS: u32 = 16;
 /// What rays from between the corners of a leaf found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mismatch {
-    /// Luminance of D by which the lights found otherwise than all corners say differ from that.
+    /// Luminance of D, W·sr⁻¹·m⁻², by which the lights found otherwise than all corners say differ from that.
     pub luminance: f32,
     /// Whether there are lights of which the corners do not say the same: nothing was traced for them.
     pub open: bool,

@@ -25,7 +25,7 @@ pub struct ErrorModel<'a> {
     pub options: &'a Options,
     /// Error of a pixel, relative to the image's mean, that is left for later.
     pub tolerance: f32,
-    /// Mean luminance of the image, below a share of which nothing shows.
+    /// Mean luminance of the image, W·sr⁻¹·m⁻², below a share of which nothing shows.
     pub mean: f32,
     /// Square error expected where nothing has been seen, relative to what a leaf shows.
     pub miss_rate: f32,
@@ -66,17 +66,17 @@ pub(super) const VERTEX_COST: f32 = 16.0;
 /// A leaf's light at a glance.
 #[derive(Clone, Copy, Debug)]
 pub struct LeafEstimate {
-    /// Mean shown luminance of the corners.
+    /// Mean shown luminance of the corners, W·sr⁻¹·m⁻².
     pub mean: f32,
-    /// Least shown luminance of the corners.
+    /// Least shown luminance of the corners, W·sr⁻¹·m⁻².
     pub least: f32,
     /// Largest Michelson contrast along an edge; an edge with a covered end counts as one.
     pub contrast: f32,
     /// Whether some of the corners are covered by other geometry, and some are not.
     pub covered: bool,
-    /// Mean square error expected from interpolation.
+    /// Mean square error expected from interpolation, (W·sr⁻¹·m⁻²)².
     pub interpolation: f32,
-    /// Mean variance of noise over the leaf.
+    /// Mean variance of noise over the leaf, (W·sr⁻¹·m⁻²)².
     pub noise: f32,
 }
 
@@ -85,7 +85,7 @@ pub struct LeafEstimate {
 struct Hanging {
     /// Largest Michelson contrast of direct light with a corner.
     contrast: f32,
-    /// Square error that a leaf without them would have there.
+    /// Square error that a leaf without them would have there, (W·sr⁻¹·m⁻²)².
     surplus: f32,
     /// How much brighter the leaf is for them.
     brighter: f32,
@@ -105,7 +105,7 @@ fn michelson(a: [f32; 2], b: [f32; 2]) -> f32 {
 }
 
 impl ErrorModel<'_> {
-    /// Luminance shown at a slot on a face of direct and of indirect light.
+    /// Luminance, W·sr⁻¹·m⁻², shown at a slot on a face of direct and of indirect light.
     pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
         let (record, specular) = (&self.cache.slots[slot], &self.view.specular[slot]);
         let shown = |diffuse, specular| self.reflectances.shown(self.scene, face, diffuse, specular);
@@ -370,7 +370,7 @@ impl ErrorModel<'_> {
         (self.tolerance * 2.0 * self.mean).powi(2).max(self.miss_rate * self.reference_luminance(light).powi(2))
     }
 
-    /// Luminance that what a leaf hides is measured against: what it shows, or a little if it shows none.
+    /// Luminance, W·sr⁻¹·m⁻², that what a leaf hides is measured against: what it shows, or a little if it shows none.
     pub(super) fn reference_luminance(&self, light: &LeafEstimate) -> f32 {
         light.mean.max(LEAST_SHOWN * self.mean)
     }

@@ -21,7 +21,7 @@ pub struct LeafError {
     pub light: f32,
     /// Expected square error, (W·sr⁻¹·m⁻²)².
     pub error: f32,
-    /// Square of its reference luminance; 0 if it is known to hide nothing.
+    /// Square of its reference luminance, (W·sr⁻¹·m⁻²)²; 0 if it is known to hide nothing.
     pub unseen: f32,
 }
 

@@ -70,7 +70,7 @@ impl ErrorModel<'_> {
         covered.then(|| self.brightest(id).powi(2))
     }
 
-    /// Expected square error of indirect D over a leaf of the indirect layer: interpolation and noise.
+    /// Expected square error of indirect D over a leaf of the indirect layer, (W·sr⁻¹·m⁻²)²: interpolation and noise.
     #[must_use]
     pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
         let node = &self.cache.topology.nodes[id];
@@ -123,7 +123,7 @@ impl ErrorModel<'_> {
         (COVERED * self.brightest(id).max(self.typical(id))).powi(2)
     }
 
-    /// Greatest luminance of indirect D at a node's corners.
+    /// Greatest luminance of indirect D at a node's corners, W·sr⁻¹·m⁻².
     fn brightest(&self, id: NodeId) -> f32 {
         let corners = self.cache.topology.nodes[id].corners;
         corners.map(|slot| luminance(self.cache.slots[slot].indirect.diffuse)).into_iter().fold(0.0, f32::max)

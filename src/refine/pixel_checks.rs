@@ -36,7 +36,7 @@ const MOST_PIXELS: f32 = 1024.0;
 struct PixelMismatch {
     /// Direction from the eye through it.
     ray: Vec3,
-    /// Luminance of D by which it differs.
+    /// Luminance of D by which it differs, W·sr⁻¹·m⁻².
     luminance: f32,
 }
 
@@ -68,7 +68,7 @@ pub struct Found {
 /// What a leaf shows that was checked: what is found is measured against it.
 #[derive(Clone, Copy, Debug)]
 pub struct Reference {
-    /// Luminance.
+    /// Luminance, W·sr⁻¹·m⁻².
     pub luminance: f32,
     /// Share of D that the leaf shows.
     pub reflectance: f32,

@@ -17,7 +17,7 @@ const SHARE_OF_MIDDLE: f32 = 0.5;
 /// A highlight that a leaf's corners do not show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hidden {
-    /// How much brighter the leaf is there than it is drawn: specular luminance S.
+    /// How much brighter the leaf is there than it is drawn: specular luminance S, W·sr⁻¹·m⁻².
     pub surplus: f32,
     /// Share of the leaf that it covers.
     pub share: f32,

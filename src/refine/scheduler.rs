@@ -32,7 +32,7 @@ pub enum Task {
 /// A task with what it was worth when it was queued.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    /// Expected drop of the image's square error a ray.
+    /// Expected drop of the image's square error a ray: pixels × (W·sr⁻¹·m⁻²)².
     key: f32,
     task: Task,
     /// Version of the ticket that it was queued with.
@@ -140,8 +140,8 @@ impl Scheduler {
         taken
     }
 
-    /// Queues a task, in place of what is queued for it, unless that waits with about as high a key or a higher one; one
-    /// that is worth nothing is not kept.
+    /// Queues a task, in place of what is queued for it, unless that waits with about as high a key or a higher one;
+    /// one that is worth nothing is not kept.
     pub fn offer(&mut self, task: Task, key: f32) {
         if key > self.ticket(task).waiting * RISEN {
             self.void(task);

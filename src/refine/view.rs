@@ -45,11 +45,11 @@ pub struct LeafView {
 pub struct Accounted {
     /// Pixels.
     pub pixels: f64,
-    /// Pixels × luminance.
+    /// Pixels × luminance, W·sr⁻¹·m⁻².
     pub light: f64,
-    /// Pixels × square error.
+    /// Pixels × square error, (W·sr⁻¹·m⁻²)².
     pub error: f64,
-    /// Pixels × square of the reference luminance, while what it hides is unknown.
+    /// Pixels × square of the reference luminance, (W·sr⁻¹·m⁻²)², while what it hides is unknown.
     pub unseen: f64,
 }
 
@@ -163,8 +163,8 @@ impl ViewState {
         (leaf.visible, leaf.accounted) = (true, Accounted::default());
     }
 
-    /// Forgets what it made of its leaves and vertices: nothing is done for the pixels of another camera. What is known of
-    /// pixels stays if the camera `stays`.
+    /// Forgets what it made of its leaves and vertices: nothing is done for the pixels of another camera. What is
+    /// known of pixels stays if the camera `stays`.
     pub fn forget(&mut self, stays: bool) {
         (self.indirect, self.vertices) = (Table::default(), Table::default());
         if !stays {
