@@ -104,3 +104,59 @@ impl DrawnMesh {
         self.triangles.bytes() + self.of_node.bytes() + self.first_use.bytes()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::mix;
+
+    fn triangle(slots: [u32; 3], flat: Option<u32>) -> DrawnTriangle {
+        DrawnTriangle { slots: slots.map(SlotId), face: FaceId(0), level: 0, flat: flat.map(SlotId) }
+    }
+
+    /// The triangles with a slot, by the lists and by looking at every triangle of `nodes`.
+    fn assert_links(mesh: &DrawnMesh, nodes: u32, slots: u32) {
+        let all = || (0..nodes).flat_map(|node| mesh.of_node(NodeId(node)).iter().copied());
+        for slot in (0..slots).map(SlotId) {
+            let mut listed: Vec<DrawnId> = mesh.with_slot(slot).collect();
+            listed.sort_unstable();
+            let mut used: Vec<DrawnId> =
+                all().filter(|&drawn| mesh.triangles[drawn].triangle.all_slots().any(|s| s == slot)).collect();
+            used.sort_unstable();
+            assert_eq!(listed, used, "{slot:?}");
+        }
+    }
+
+    #[test]
+    fn triangles_are_found_by_slot_after_adding_and_retiring_in_any_order() {
+        const NODES: u32 = 12;
+        const SLOTS: u32 = 9;
+        let mut mesh = DrawnMesh::default();
+        for step in 0..400_u64 {
+            let random = |what: u64, below: u32| (mix(step * 8 + what) % u64::from(below)) as u32;
+            let node = NodeId(random(0, NODES));
+            if random(1, 3) == 0 {
+                mesh.retire(node).into_iter().for_each(|drawn| mesh.triangles.remove(drawn));
+                assert!(mesh.of_node(node).is_empty());
+            } else {
+                let first = random(2, SLOTS);
+                let slots = [0, 1, 3].map(|k| (first + k) % SLOTS);
+                let flat = (random(3, 4) == 0).then_some((first + 4) % SLOTS);
+                let id = mesh.add(node, triangle(slots, flat));
+                assert_eq!((mesh.of_node(node).last(), mesh.triangles[id].node), (Some(&id), node));
+            }
+            assert_links(&mesh, NODES, SLOTS);
+        }
+        assert!(mesh.triangles.live() > 0);
+    }
+
+    #[test]
+    fn a_retired_triangle_keeps_its_index_until_it_is_given_back() {
+        let mut mesh = DrawnMesh::default();
+        let old = mesh.add(NodeId(0), triangle([0, 1, 2], None));
+        assert_eq!(mesh.retire(NodeId(0)), [old]);
+        assert_ne!(mesh.add(NodeId(0), triangle([0, 1, 2], None)), old);
+        mesh.triangles.remove(old);
+        assert_eq!(mesh.add(NodeId(1), triangle([0, 1, 2], None)), old);
+    }
+}

@@ -141,3 +141,99 @@ fn combine(own: Estimate, predicted: Estimate) -> SlotLight {
         ..SlotLight::default()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{known, square};
+    use super::*;
+
+    fn light(diffuse: f32, variance: f32) -> SlotLight {
+        SlotLight::new(known(diffuse, variance), Vec3::ZERO)
+    }
+
+    /// Mean and variance of the normalised product of two Gaussians, each given by mean and variance, by quadrature.
+    fn product(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
+        let density = |y: f64, [mean, variance]: [f64; 2]| (-(y - mean).powi(2) / (2.0 * variance)).exp();
+        let moments = (0..40_000).map(|i| f64::from(i) * 1e-3 - 20.0).fold([0.0; 3], |[n, first, second], y| {
+            let p = density(y, a) * density(y, b);
+            [n + p, first + p * y, second + p * y * y]
+        });
+        let mean = moments[1] / moments[0];
+        [mean, moments[2] / moments[0] - mean * mean]
+    }
+
+    #[test]
+    fn estimates_combine_as_gaussians_multiply() {
+        for (own, noise, predicted, error) in [(1.0, 0.5, 2.0, 0.25), (3.0, 0.1, 1.0, 2.0), (0.5, 4.0, 0.7, 0.0)] {
+            let spread = 0.3;
+            let a = Estimate { light: light(own, noise), noise, error: 0.0 };
+            let b = Estimate { light: light(predicted, spread), noise: spread, error };
+            let combined = combine(a, b);
+            let [mean, variance] =
+                product([own, noise].map(f64::from), [f64::from(predicted), f64::from(spread + error)]);
+            assert!((f64::from(combined.diffuse.x) - mean).abs() < 1e-4, "{combined:?}, {mean}");
+            assert!((f64::from(combined.variance) - variance).abs() < 1e-4, "{combined:?}, {variance}");
+        }
+    }
+
+    /// A square split once, whose middle of the diagonal has gathered, and the ends of the diagonal, too.
+    fn shown_in_the_middle(found: &[f32], at_ends: f32, expected: f32) -> SlotLight {
+        let mut square = square();
+        let root = square.roots[0];
+        // Edge 2 of the first triangle is the diagonal.
+        let middle = square.split(root).middles[2];
+        square.gather(middle, found);
+        for end in [0, 2].map(|corner| square.cache.topology.nodes[root].corners[corner]) {
+            square.gather(end, &[at_ends; 64]);
+        }
+        let own = square.cache.gathered(middle, Vec3::Y);
+        square.cache.indirect.note_expected(square.cache.slots[middle].vertex, expected);
+        square.cache.combined(middle, own, light(at_ends, 0.0))
+    }
+
+    #[test]
+    fn a_midpoint_leans_on_the_ends_of_its_edge_while_it_is_noisy() {
+        // Rays that find 0 or 2: a mean of 1 give or take 1/√n.
+        let found = |n: usize| [0.0, 2.0].repeat(n / 2);
+        let few = shown_in_the_middle(&found(16), 1.1, 0.004).diffuse.x;
+        let many = shown_in_the_middle(&found(4096), 1.1, 0.004).diffuse.x;
+        assert!((1.05..1.1).contains(&few), "{few}");
+        assert!((1.0..1.005).contains(&many), "{many}");
+        assert!(shown_in_the_middle(&found(16), 1.1, 0.0).diffuse.x > few, "ends that predict well count for more");
+    }
+
+    #[test]
+    fn a_deviation_beyond_all_noise_is_believed() {
+        let found = [0.9, 1.1].repeat(32);
+        assert!((shown_in_the_middle(&found, 5.0, 0.0).diffuse.x - 1.0).abs() < 0.01);
+    }
+
+    /// Rays find 0 or 3: half of them at one corner, a quarter at the others. The noise of all is pooled.
+    #[test]
+    fn base_vertices_lean_on_each_other_while_they_are_noisy() {
+        let mut square = square();
+        let corners = square.cache.topology.nodes[square.roots[0]].corners;
+        square.cache.draw(square.roots[0], None);
+        square.gather(corners[0], &[0.0, 0.0, 3.0, 3.0].repeat(2));
+        square.gather(corners[1], &[0.0, 0.0, 0.0, 3.0].repeat(2));
+        square.gather(corners[2], &[0.0, 0.0, 3.0, 0.0].repeat(2));
+        let own = square.cache.gathered(corners[0], Vec3::Y);
+        let shown = square.cache.smoothed(corners[0], own);
+        assert!(shown.diffuse.x > 0.75 && shown.diffuse.x < 1.5, "between its own and theirs: {shown:?}");
+        assert!(shown.variance < square.cache.likely_variance(corners[0]), "{shown:?}");
+    }
+
+    #[test]
+    fn a_low_sample_does_not_take_itself_for_sure() {
+        let mut square = square();
+        let corners = square.cache.topology.nodes[square.roots[0]].corners;
+        square.cache.draw(square.roots[0], None);
+        square.gather(corners[0], &[0.0; 8]);
+        assert_eq!(square.cache.likely_variance(corners[0]), 0.0, "by itself it knows no better");
+        square.gather(corners[1], &[0.0, 4.0].repeat(4));
+        // Independent rays of variance 4, or none: 2 in the mean, times 8/7 for the estimate, over 8 rays and their gain.
+        let expected = 2.0 * 8.0 / 7.0 / 8.0 * usual_gain(8);
+        let pooled = square.cache.likely_variance(corners[0]);
+        assert!((pooled / expected - 1.0).abs() < 1e-3, "{pooled} {expected}");
+    }
+}

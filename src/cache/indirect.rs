@@ -156,3 +156,86 @@ impl Cache {
         SlotLight { diffuse: sum.irradiance() / PI, specular, variance, known: true, ..SlotLight::default() }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::slot::{COVERED_WEIGHT, Luminance};
+    use super::super::testing::{Rooted, known, square};
+    use super::*;
+
+    /// A square split once: the middle of the first triangle's diagonal, and the ends of it, which show 1 and 3.
+    fn split() -> (Rooted, SlotId, [SlotId; 2]) {
+        let mut square = square();
+        let root = square.roots[0];
+        let middle = square.split(root).middles[2];
+        let corners = square.cache.topology.nodes[root].corners;
+        let ends = [corners[0], corners[2]];
+        (square.cache.slots[ends[0]].indirect, square.cache.slots[ends[1]].indirect) =
+            (known(1.0, 0.2), known(3.0, 0.4));
+        (square, middle, ends)
+    }
+
+    fn predicted(square: &Rooted, middle: SlotId) -> SlotLight {
+        let between = square.cache.slots[middle].between.as_ref().expect("a midpoint");
+        square.cache.predicted(between, Eye { position: Vec3::Y, specular: &SpecularTable::default() })
+    }
+
+    #[test]
+    fn a_midpoint_is_predicted_by_the_mean_of_its_ends() {
+        let (square, middle, _) = split();
+        let light = predicted(&square, middle);
+        assert!((light.diffuse.x - 2.0).abs() < 1e-6 && light.known && !light.stale, "{light:?}");
+        assert!((light.variance - (0.2 + 0.4) / 4.0).abs() < 1e-6, "the variance of a mean of independent values");
+    }
+
+    #[test]
+    fn a_covered_end_counts_for_nearly_nothing_and_an_unknown_one_for_nothing() {
+        let (mut square, middle, [near, far]) = split();
+        let vertex = square.cache.slots[far].vertex;
+        square.cache.vertices[vertex].progress.covered = true;
+        let expected = (1.0 + 3.0 * COVERED_WEIGHT) / (1.0 + COVERED_WEIGHT);
+        assert!((predicted(&square, middle).diffuse.x - expected).abs() < 1e-6);
+        square.cache.slots[far].indirect = Luminance::default();
+        assert_eq!(predicted(&square, middle).diffuse.x, 1.0);
+        square.cache.slots[near].indirect.stale = true;
+        assert!(predicted(&square, middle).stale, "no better than what it comes from");
+        square.cache.slots[near].indirect = Luminance::default();
+        assert!(!predicted(&square, middle).known);
+    }
+
+    /// Values at the ends that the rays of both have found reach the midpoint, and go on to what lies between that and others.
+    #[test]
+    fn what_changes_goes_on_to_all_that_depends_on_it() {
+        let (mut square, middle, [near, far]) = split();
+        let children = square.cache.topology.children(square.roots[0]).collect::<Vec<_>>();
+        let finer = square.split(children[0]).middles;
+        square.gather(near, &[4.0; 32]);
+        square.gather(far, &[2.0; 32]);
+        let mut specular = SpecularTable::default();
+        let written = square.cache.refresh_indirect(&[near, far], Vec3::Y, &mut specular);
+        let shown = |slot: SlotId| square.cache.slots[slot].indirect.diffuse.x;
+        assert!((shown(middle) - 3.0).abs() < 1e-5, "{}", shown(middle));
+        let quarter = finer.into_iter().find(|&slot| {
+            let between = square.cache.slots[slot].between.as_ref().expect("a midpoint");
+            between.of.iter().all(|(end, _)| [near, middle].contains(end))
+        });
+        let quarter = quarter.expect("between the corner and the middle of the diagonal");
+        assert!((shown(quarter) - 3.5).abs() < 1e-5, "{}", shown(quarter));
+        assert!(written.contains(&middle) && written.contains(&quarter), "{written:?}");
+    }
+
+    #[test]
+    fn a_midpoint_with_many_rays_shows_what_they_found() {
+        let (mut square, middle, ends) = split();
+        square.cache.indirect.filter = true;
+        ends.into_iter().for_each(|end| square.gather(end, &[1.0, 3.0].repeat(64)));
+        let mut show = |rays: usize| {
+            square.gather(middle, &[0.0, 5.0].repeat(rays / 2));
+            square.cache.refresh_indirect(&[ends[0], ends[1], middle], Vec3::Y, &mut SpecularTable::default());
+            square.cache.slots[middle].indirect.diffuse.x
+        };
+        let (few, many) = (show(16), show(16_384));
+        assert!(2.0 < few && few < 2.4, "noisy: it leans on the ends, which say 2: {few}");
+        assert!((2.45..2.51).contains(&many), "{many}");
+    }
+}

@@ -20,6 +20,8 @@ pub mod reweight;
 pub mod slot;
 pub mod split;
 pub mod store;
+#[cfg(test)]
+pub(crate) mod testing;
 pub mod topology;
 pub mod vertex;
 pub mod visibility_prior;

@@ -125,3 +125,93 @@ impl Gathers {
 fn ratio(a: Vec3, b: Vec3) -> Vec3 {
     Vec3::select(b.cmpgt(Vec3::ZERO), a / b, Vec3::ZERO)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::gathered;
+    use super::*;
+
+    const VERTEX: VertexId = VertexId(3);
+    const SLOT: SlotId = SlotId(5);
+
+    /// Two lamps of 1 and 3 W that count times these factors.
+    fn lighting(factors: [f32; 2]) -> Lighting {
+        let power = Vec3::splat(factors[0] + 3.0 * factors[1]);
+        Lighting { factors: factors.map(Vec3::splat).to_vec(), power }
+    }
+
+    /// What a vertex gathered of so many rays that find a diffuse luminance.
+    fn gathers(rays: usize, found: f32) -> Gathers {
+        let mut gathers = Gathers::default();
+        *gathers.rays.entry(VERTEX) = rays as u32;
+        *gathers.sums.entry(SLOT) = gathered(Vec3::Y, &vec![found; rays]);
+        *gathers.expected.entry(VERTEX) = 0.04;
+        gathers
+    }
+
+    fn close(a: f32, b: f32) -> bool {
+        (a / b - 1.0).abs() < 1e-5
+    }
+
+    #[test]
+    fn a_lamp_switched_off_and_on_again_has_lost_nothing() {
+        let (mut previous, mut now) = (PreviousLighting::default(), gathers(40, 2.0));
+        let (both, one) = (lighting([1.0, 1.0]), lighting([1.0, 0.0]));
+        let before = now.sums.get(SLOT);
+        previous.relight(&mut now, both.clone(), &one);
+        assert_eq!((now.rays.get(VERTEX), now.sums.get(SLOT).samples()), (0, 0), "none of it is of this light");
+        // A round under the one lamp must not get lost either.
+        (*now.rays.entry(VERTEX), *now.sums.entry(SLOT)) = (8, gathered(Vec3::Y, &[0.5; 8]));
+        previous.relight(&mut now, one.clone(), &both);
+        assert_eq!((now.rays.get(VERTEX), now.sums.get(SLOT)), (40, before));
+        previous.relight(&mut now, both, &one);
+        assert_eq!((now.rays.get(VERTEX), now.sums.get(SLOT)), (8, gathered(Vec3::Y, &[0.5; 8])));
+    }
+
+    #[test]
+    fn lamps_that_change_alike_scale_what_was_gathered() {
+        let (mut previous, mut now) = (PreviousLighting::default(), gathers(40, 2.0));
+        previous.relight(&mut now, lighting([1.0, 1.0]), &lighting([0.5, 0.5]));
+        assert_eq!(now.rays.get(VERTEX), 40);
+        assert!(close(now.sums.get(SLOT).irradiance().x, std::f32::consts::PI));
+        assert!(close(now.expected.get(VERTEX), 0.01), "a square goes with the square");
+        assert!(previous.guess(SLOT).is_none(), "nothing of it is a guess");
+    }
+
+    #[test]
+    fn other_light_is_guessed_by_its_power() {
+        let (mut previous, mut now) = (PreviousLighting::default(), gathers(40, 2.0));
+        let states = [[1.0, 1.0], [1.0, 0.0], [0.0, 2.0]].map(lighting);
+        previous.relight(&mut now, states[0].clone(), &states[1]);
+        let guess = |p: &PreviousLighting| p.guess(SLOT).map(|sum| sum.irradiance().x / std::f32::consts::PI);
+        assert!(guess(&previous).is_some_and(|d| close(d, 2.0 / 4.0)), "1 W of 4 W");
+        // Two changes ago: kept for 1 W.
+        previous.relight(&mut now, states[1].clone(), &states[2]);
+        assert!(guess(&previous).is_some_and(|d| close(d, 2.0 / 4.0 * 6.0)), "6 W");
+        assert!(previous.guess(SlotId(6)).is_none(), "it never gathered");
+    }
+
+    #[test]
+    fn first_rounds_go_by_what_was_gathered_before() {
+        let rays = |gathered: usize| {
+            let (mut previous, mut now) = (PreviousLighting::default(), gathers(gathered, 1.0));
+            previous.relight(&mut now, lighting([1.0, 1.0]), &lighting([1.0, 0.0]));
+            previous.first_rays(VERTEX, 16)
+        };
+        assert_eq!([8, 128, 1024].map(rays), [16, 32, MOST_FIRST_RAYS]);
+        assert_eq!(PreviousLighting::default().first_rays(VERTEX, 100), 100);
+    }
+
+    #[test]
+    fn a_vertex_that_moves_is_forgotten_in_all_lightings() {
+        let (mut previous, mut now) = (PreviousLighting::default(), gathers(40, 2.0));
+        let states = [[1.0, 1.0], [1.0, 0.0], [0.0, 2.0]].map(lighting);
+        previous.relight(&mut now, states[0].clone(), &states[1]);
+        previous.relight(&mut now, states[1].clone(), &states[2]);
+        previous.forget(VERTEX, SLOT);
+        assert!(previous.guess(SLOT).is_none());
+        let mut kept = gathers(40, 2.0);
+        kept.forget(VERTEX, SLOT);
+        assert_eq!((kept.rays.get(VERTEX), kept.sums.get(SLOT).samples()), (0, 0));
+    }
+}

@@ -162,3 +162,64 @@ fn slot_look(scene: &Scene, position: u32, triangle: TriangleId, back: bool) -> 
     let normal = if back { -front } else { front };
     Look { normal, shininess: material.is_glossy().then_some(material.shininess), mirror: material.mirror }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Rooted, star};
+    use super::*;
+
+    /// The inner triangle of the star, drawn through the midpoints of those edges whose bit is set: neighbours have put them there.
+    fn drawn_through(edges: u32) -> (Rooted, Vec<[SlotId; 3]>) {
+        let mut star = star();
+        for edge in (0..3).filter(|edge| edges >> edge & 1 == 1) {
+            star.split(star.roots[edge + 1]);
+        }
+        let drawn = star.cache.draw(star.roots[0], None);
+        let triangles = drawn.iter().map(|&drawn| star.cache.drawn.triangles[drawn].triangle.slots).collect();
+        (star, triangles)
+    }
+
+    fn area_vector([a, b, c]: [Vec3; 3]) -> Vec3 {
+        (b - a).cross(c - a)
+    }
+
+    #[test]
+    fn all_eight_patterns_of_midpoints_tile_the_triangle() {
+        for edges in 0..8 {
+            let (star, triangles) = drawn_through(edges);
+            assert_eq!(triangles.len() as u32, 1 + edges.count_ones());
+            let whole = area_vector(star.cache.corner_positions(star.roots[0]));
+            let parts = triangles.iter().map(|t| area_vector(t.map(|slot| star.position(slot))));
+            assert!(parts.clone().all(|part| part.y > 0.0), "{edges:03b}: orientation is kept");
+            assert!(parts.sum::<Vec3>().distance(whole) < 1e-6, "{edges:03b}: nothing is missing or covered twice");
+        }
+    }
+
+    #[test]
+    fn a_triangle_is_drawn_through_the_midpoints_of_its_edges_and_past_none() {
+        for edges in 0..8 {
+            let (star, triangles) = drawn_through(edges);
+            let corners = star.cache.corner_positions(star.roots[0]);
+            let sides = triangles.iter().flat_map(|t| (0..3).map(|i| [t[i], t[(i + 1) % 3]]));
+            let sides: Vec<[Vec3; 2]> = sides.map(|side| side.map(|slot| star.position(slot))).collect();
+            for edge in 0..3 {
+                let (a, b) = (corners[edge], corners[(edge + 1) % 3]);
+                let middle = (a + b) * 0.5;
+                let is_split = edges >> edge & 1 == 1;
+                assert_eq!(sides.contains(&[a, middle]) && sides.contains(&[middle, b]), is_split, "{edges:03b}");
+                assert_eq!(sides.contains(&[a, b]), !is_split, "{edges:03b}: a T-junction, or an edge is missing");
+            }
+        }
+    }
+
+    #[test]
+    fn neighbours_share_midpoints_and_slots() {
+        let mut star = star();
+        let outer = star.split(star.roots[1]).middles;
+        let inner = star.split(star.roots[0]).middles;
+        // Edge 0 of both joins the same corners.
+        assert_eq!(inner[0], outer[0]);
+        assert_eq!(star.position(inner[0]), Vec3::Z * 0.5);
+        star.cache.validate();
+    }
+}

@@ -9,7 +9,7 @@ use super::drawn_mesh::DrawnMesh;
 use super::ids::{NodeId, SlotId, VertexId};
 use super::indirect_layer::IndirectLayer;
 use super::layer::Layer;
-use super::pool::Pool;
+use super::pool::{Pool, Table};
 use super::radiance_grid::RadianceGrid;
 use super::slot::{COVERED_WEIGHT, SlotRecord};
 use super::topology::Topology;
@@ -134,27 +134,61 @@ impl Cache {
             + self.drawn.bytes()
     }
 
-    /// Checks hierarchy, slots and drawn triangles against each other.
+    /// Checks hierarchy, slots and drawn triangles against each other, in time linear in their number.
     ///
     /// # Panics
     /// If a rule is broken (debug builds and tests call it).
     pub fn validate(&self) {
         self.topology.validate(|slot| self.slots[slot].vertex);
-        for id in self.slots.ids() {
-            let (i, slot) = (id.0, &self.slots[id]);
-            assert!(self.slots_of(slot.vertex).any(|s| s.0 == i), "slot {i} is listed at its vertex");
-            assert!((slot.normal.length() - 1.0).abs() < 1e-3, "slot {i}: unit normal");
-            for (other, _) in slot.between.iter().flat_map(|between| &between.of) {
-                let before = |s: &SlotRecord, id: u32| (s.rank, id);
-                let order = before(&self.slots[*other], other.0) < before(slot, i);
-                assert!(order, "slot {i}: predicted after those it lies between");
-                let next = |&(_, link): &(SlotId, Option<u32>)| self.linked_between(link?);
-                let mut between = std::iter::successors(self.first_between(*other), next);
-                assert!(between.any(|(s, _)| s.0 == i), "slot {i}: listed at those it lies between");
+        self.validate_lists_of_vertices();
+        self.validate_lists_between();
+        self.validate_lists_of_drawn();
+    }
+
+    /// Each slot is listed at its vertex, once.
+    fn validate_lists_of_vertices(&self) {
+        let mut listed = Table::<SlotId, bool>::default();
+        for vertex in self.vertices.ids() {
+            for slot in self.slots_of(vertex) {
+                assert_eq!(self.slots[slot].vertex, vertex, "slot {}: listed at its own vertex", slot.0);
+                assert!(!std::mem::replace(&mut listed[slot], true), "slot {}: listed once", slot.0);
             }
+        }
+        for id in self.slots.ids() {
+            assert!(listed[id], "slot {} is listed at its vertex", id.0);
+            assert!((self.slots[id].normal.length() - 1.0).abs() < 1e-3, "slot {}: unit normal", id.0);
+        }
+    }
+
+    /// Each slot is listed at those it lies between, and comes after them in the order of predictions.
+    fn validate_lists_between(&self) {
+        let order = |id: SlotId| (self.slots[id].rank, id);
+        let between = |id: SlotId| self.slots[id].between.iter().flat_map(|between| &between.of);
+        let mut listed = Table::<SlotId, usize>::default();
+        for id in self.slots.ids() {
+            let next = |&(_, link): &(SlotId, Option<u32>)| self.linked_between(link?);
+            for (slot, _) in std::iter::successors(self.first_between(id), next) {
+                assert!(
+                    between(slot).any(|(other, _)| *other == id),
+                    "slot {}: listed at what it lies between",
+                    slot.0
+                );
+                assert!(order(id) < order(slot), "slot {}: predicted after those it lies between", slot.0);
+                listed[slot] += 1;
+                assert!(listed[slot] <= between(slot).count(), "slot {}: listed once", slot.0);
+            }
+        }
+        for id in self.slots.ids() {
+            assert_eq!(listed[id], between(id).count(), "slot {}: listed at those it lies between", id.0);
+        }
+    }
+
+    /// Drawn triangles are listed at their slots and their nodes.
+    fn validate_lists_of_drawn(&self) {
+        for id in self.slots.ids() {
             for drawn in self.drawn.with_slot(id) {
                 let record = &self.drawn.triangles[drawn];
-                assert!(record.triangle.all_slots().any(|slot| slot.0 == i), "slot {i}: {drawn:?} uses it");
+                assert!(record.triangle.all_slots().any(|slot| slot == id), "slot {}: {drawn:?} uses it", id.0);
                 assert!(self.drawn.of_node(record.node).contains(&drawn), "{drawn:?} is one of its node's");
             }
         }

@@ -327,3 +327,104 @@ impl Node {
         self.edges.iter().position(|&e| e == edge).and_then(|at| self.next_on_edge[at])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Rooted, square};
+    use super::*;
+    use glam::Vec3;
+
+    /// A square whose corner 0 is refined until leaves of this level are there.
+    fn refined(level: u8) -> Rooted {
+        let mut square = square();
+        for _ in 0..level {
+            let at_corner = |leaf: &NodeId| square.cache.corner_positions(*leaf).contains(&Vec3::ZERO);
+            let finest =
+                square.leaves().into_iter().filter(at_corner).max_by_key(|&l| square.cache.topology.nodes[l].level);
+            square.split(finest.expect("a leaf at the corner"));
+        }
+        square
+    }
+
+    #[test]
+    fn neighbours_stay_within_one_level_and_edges_within_one_midpoint() {
+        let square = refined(7);
+        square.cache.validate();
+        let topology = &square.cache.topology;
+        let levels: Vec<u8> = square.leaves().iter().map(|&leaf| topology.nodes[leaf].level).collect();
+        assert_eq!((levels.iter().max(), levels.iter().min()), (Some(&7), Some(&1)), "coarse far from the corner");
+    }
+
+    #[test]
+    #[should_panic(expected = "two levels finer")]
+    fn a_neighbour_left_too_coarse_is_found() {
+        let mut square = square();
+        let children = square.split(square.roots[0]).children.all();
+        // Child 0 lies at the diagonal, whose other side stays whole.
+        square.cache.split(children[0]);
+        square.cache.validate();
+    }
+
+    #[test]
+    fn children_have_the_parents_area_order_and_face() {
+        let mut square = square();
+        let root = square.roots[0];
+        let split = square.split(root);
+        let topology = &square.cache.topology;
+        let corners = topology.nodes[root].corners;
+        for (at, child) in topology.children(root).take(3).enumerate() {
+            assert_eq!(topology.nodes[child].corners[at], corners[at], "it keeps its place");
+        }
+        assert_eq!(topology.middles(root), Some(split.middles));
+        let area = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a).y;
+        let whole = area(square.cache.corner_positions(root));
+        for child in topology.children(root) {
+            assert_eq!(area(square.cache.corner_positions(child)), whole / 4.0);
+            assert_eq!((topology.nodes[child].level, topology.nodes[child].parent), (1, Some(root)));
+        }
+        assert!(!topology.is_leaf(root) && topology.children(root).all(|child| topology.is_leaf(child)));
+    }
+
+    #[test]
+    fn both_sides_of_an_edge_use_the_same_halves() {
+        let mut square = square();
+        let diagonal = square.cache.topology.nodes[square.roots[0]].edges[2];
+        assert_eq!(square.cache.topology.beside(diagonal).count(), 2);
+        square.split(square.roots[0]);
+        let topology = &square.cache.topology;
+        assert_eq!(
+            topology.beside(diagonal).collect::<Vec<_>>(),
+            [square.roots[1]],
+            "a split node is no leaf beside it"
+        );
+        square.split(square.roots[1]);
+        let topology = &square.cache.topology;
+        assert_eq!(topology.beside(diagonal).count(), 0);
+        let ends = topology.ends(diagonal);
+        let middle = topology.midpoint(diagonal).expect("split");
+        for half in topology.edges[diagonal].halves.expect("split") {
+            let [a, b] = topology.ends(half);
+            assert!(ends.contains(&a) && b == middle, "from an end to the middle");
+            assert_eq!(topology.beside(half).count(), 2, "a child of either side");
+        }
+    }
+
+    #[test]
+    fn the_indirect_layer_is_coarser_than_the_hierarchy() {
+        let mut square = refined(3);
+        let root = square.roots[0];
+        let deepest = |s: &Rooted| s.leaves().into_iter().max_by_key(|&leaf| s.cache.topology.nodes[leaf].level);
+        let leaf = deepest(&square).expect("leaves");
+        let root = if square.cache.topology.indirect_leaf(leaf) == root { root } else { square.roots[1] };
+        let listed = |s: &Rooted| {
+            let mut leaves = Vec::new();
+            s.cache.topology.indirect_leaves(root, &mut leaves);
+            leaves
+        };
+        assert_eq!((listed(&square), square.cache.topology.indirect_leaf(leaf)), (vec![root], root));
+        square.cache.topology.nodes[root].indirect.split = true;
+        let children: Vec<NodeId> = square.cache.topology.children(root).collect();
+        assert_eq!(listed(&square), children);
+        assert!(children.contains(&square.cache.topology.indirect_leaf(leaf)));
+    }
+}

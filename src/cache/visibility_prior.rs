@@ -98,3 +98,62 @@ impl VisibilityPrior {
         (size as u8, (vertex.position / (self.scale * CELLS[size])).floor().as_ivec3(), nearest_axis(vertex.normal()))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{rooted, scene_of, square};
+    use super::*;
+    use glam::Vec3;
+
+    /// A vertex facing up.
+    fn vertex_at(position: Vec3) -> Vertex {
+        let cache = square().cache;
+        let mut vertex = cache.vertices.ids().next().map(|id| cache.vertices[id].clone()).expect("corners");
+        vertex.position = position;
+        vertex
+    }
+
+    /// Odds of light 1 of two at `asked`, after vertices at the origin have found fractions of it.
+    fn odds(fractions: &[f32], asked: &Vertex) -> f32 {
+        let mut prior = VisibilityPrior::new(2, 1.0);
+        let origin = vertex_at(Vec3::ZERO);
+        for &fraction in fractions {
+            let cells = prior.cells(&origin);
+            prior.note(cells, 1, fraction);
+        }
+        assert_eq!(prior.at(prior.cells_of(asked), 0), UNKNOWN, "nothing is known of the other light");
+        prior.at(prior.cells_of(asked), 1)
+    }
+
+    #[test]
+    fn counts_give_the_odds() {
+        let here = vertex_at(Vec3::splat(1e-3));
+        assert_eq!(odds(&[], &here), UNKNOWN);
+        let quarter = odds(&[0.0, 0.0, 0.5, 0.5].repeat(100), &here);
+        assert!((quarter - 0.25).abs() < 1e-3, "{quarter}");
+        let (few, many) = (odds(&[1.0; 2], &here), odds(&[1.0; 200], &here));
+        assert!(0.5 < few && few < many && many < 1.0, "{few} {many}");
+        let (few, many) = (odds(&[0.0; 2], &here), odds(&[0.0; 200], &here));
+        assert!(0.5 > few && few > many && many > 0.0, "{few} {many}");
+    }
+
+    #[test]
+    fn a_larger_cell_is_the_prior_of_the_smaller() {
+        let seen = [1.0; 20];
+        let here = odds(&seen, &vertex_at(Vec3::splat(1e-3)));
+        // In the same cell of edge 1/32, and of edge 1, but in no smaller one.
+        let (near, far) = (odds(&seen, &vertex_at(Vec3::X * 0.03)), odds(&seen, &vertex_at(Vec3::X * 0.9)));
+        assert!(here > near && near > far && far > UNKNOWN, "{here} {near} {far}");
+        // Twenty beside a prior that counts for one.
+        assert!((far - 20.5 / 21.0).abs() < 1e-6 && (near - (20.0 + far) / 21.0).abs() < 1e-6);
+        assert_eq!(odds(&seen, &vertex_at(Vec3::X * 1.1)), UNKNOWN);
+    }
+
+    #[test]
+    fn surfaces_that_face_elsewhere_have_cells_of_their_own() {
+        let wall = rooted(scene_of(&[Vec3::ZERO, Vec3::X, Vec3::Y], &[[0, 1, 2]])).cache;
+        let corner = wall.vertices.ids().next().expect("corners");
+        assert_eq!(wall.vertices[corner].position, Vec3::ZERO);
+        assert_eq!(odds(&[1.0; 20], &wall.vertices[corner]), UNKNOWN);
+    }
+}

@@ -214,7 +214,8 @@ impl Engine {
             self.enqueue_vertices(&slots);
         }
         self.publisher.add_values(&self.cache, &self.view, &mut update, &slots);
-        if cfg!(debug_assertions) {
+        // Checked after each of a few updates, then after ever more of them: all checks together take time linear in the cache.
+        if cfg!(debug_assertions) && (is_sparse(update.sequence) || self.is_idle()) {
             self.cache.validate();
         }
         update.stats = self.current_stats();
@@ -236,4 +237,9 @@ impl Engine {
         self.stats.converged = self.is_idle() && !awaits_counts;
         self.stats
     }
+}
+
+/// Whether a number has at most three significant bits: true four times between a power of two and the next.
+const fn is_sparse(number: u64) -> bool {
+    number >> number.trailing_zeros() < 8
 }

@@ -429,3 +429,6 @@ impl ErrorModel<'_> {
         (combine(self.options.seed, what) >> 40) as f32 / (1_u32 << 24) as f32 + f32::MIN_POSITIVE
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -298,3 +298,90 @@ impl ErrorModel<'_> {
         self.cache.indirect.rays(self.cache.slots[slot].vertex)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::judged;
+    use super::*;
+    use crate::cache::testing::known;
+
+    #[test]
+    fn first_rounds_are_as_long_as_what_is_around_asks_for() {
+        let mut square = judged(100.0);
+        let root = square.roots[0];
+        assert_eq!(square.model().first_rays(root), FIRST_RAYS);
+        for (slot, rays) in square.corners(root).into_iter().zip([256, 64, 0]) {
+            square.gather(slot, &vec![1.0; rays]);
+        }
+        assert_eq!(square.model().first_rays(root), 32, "half of the least, of those that have any");
+    }
+
+    /// A round doubles the rays and so halves the variance: what that takes off the image's square error, a ray traced.
+    #[test]
+    fn the_key_of_a_round_is_the_drop_of_variance_a_ray() {
+        let mut square = judged(100.0);
+        let root = square.roots[0];
+        let slot = square.corners(root)[1];
+        let vertex = square.cache.slots[slot].vertex;
+        square.gather(slot, &[1.0; 32]);
+        square.cache.slots[slot].indirect = known(1.0, 0.02);
+        square.view.vertices[vertex].importance = 50.0;
+        let key = square.model().gather_key(vertex);
+        let (rays, drop) = (32.0 * RAYS_A_SAMPLE, 0.02 - 0.02 / 2.0);
+        assert!((key * rays / (50.0 * drop) - 1.0).abs() < 1e-5, "{key}");
+        // Twice as many with half the variance: a quarter of the key.
+        square.gather(slot, &[1.0; 32]);
+        square.cache.slots[slot].indirect.variance = 0.01;
+        assert!((key / square.model().gather_key(vertex) - 4.0).abs() < 1e-4);
+        square.cache.vertices[vertex].progress.covered = true;
+        assert_eq!(square.model().gather_key(vertex), 0.0, "covered, and something is known");
+    }
+
+    #[test]
+    fn a_few_rays_that_agree_do_not_prove_that_there_is_no_noise() {
+        let mut square = judged(100.0);
+        let root = square.roots[0];
+        let slot = square.corners(root)[1];
+        let vertex = square.cache.slots[slot].vertex;
+        square.view.vertices[vertex].importance = 1.0;
+        square.gather(slot, &[1.0; 16]);
+        square.cache.slots[slot].indirect = known(1.0, 0.0);
+        let key = square.model().gather_key(vertex);
+        assert!((key / (LEAST_DEVIATION.powi(2) / 16.0 * 0.5 / (16.0 * RAYS_A_SAMPLE)) - 1.0).abs() < 1e-4, "{key}");
+        square.cache.slots[slot].indirect = known(0.0, 0.0);
+        assert!(square.model().gather_key(vertex) > key, "darkness wants a proof");
+        square.gather(slot, &[0.0; PROOF_OF_DARKNESS as usize]);
+        assert_eq!(square.model().gather_key(vertex), 0.0);
+    }
+
+    #[test]
+    fn noise_of_corners_is_in_the_error_by_their_number() {
+        let mut square = judged(100.0);
+        let root = square.roots[0];
+        let corners = square.corners(root);
+        corners.into_iter().for_each(|slot| square.cache.slots[slot].indirect = known(1.0, 0.06));
+        square.cache.topology.nodes[root].indirect.surplus = 0.01;
+        let error = |square: &super::super::testing::Judged| square.model().indirect_error(root);
+        let [interpolation, noise] = error(&square);
+        // ∫ (Σ bᵢ eᵢ)² over a triangle: Σ ⟨bᵢ²⟩ σ² = 3 · σ² / 6.
+        assert!((noise - 0.03).abs() < 1e-6 && (interpolation - 0.01).abs() < 1e-6, "{interpolation} {noise}");
+        let covered = square.cache.corner_vertices(root)[0];
+        square.cache.vertices[covered].progress.covered = true;
+        assert!((error(&square)[1] - 0.04).abs() < 1e-6, "two corners");
+    }
+
+    #[test]
+    fn surplus_within_the_noise_is_only_doubted() {
+        let mut square = judged(100.0);
+        let root = square.roots[0];
+        let middles = square.split(root).middles;
+        assert!(square.model().indirect_surplus(root, middles).is_none(), "nothing was sampled");
+        square.corners(root).into_iter().for_each(|slot| square.cache.slots[slot].indirect = known(1.0, 0.0));
+        square.gather(middles[0], &[1.5; 64]);
+        let [surplus, doubt] = square.model().indirect_surplus(root, middles).expect("measured");
+        assert!((surplus / (SURPLUS_TO_MSE * 0.25) - 1.0).abs() < 1e-3 && doubt == surplus, "{surplus} {doubt}");
+        square.gather(middles[1], &[0.0, 2.0].repeat(2));
+        let [with_noise, doubt] = square.model().indirect_surplus(root, middles).expect("measured");
+        assert!(with_noise == 0.0 && doubt > surplus, "{with_noise} {doubt}");
+    }
+}

@@ -21,6 +21,8 @@ pub mod reflectances;
 mod relight;
 pub mod replay;
 pub mod scheduler;
+#[cfg(test)]
+mod testing;
 pub mod thread;
 pub mod update;
 pub mod view;

@@ -213,6 +213,7 @@ pub fn check(
 
 #[cfg(test)]
 mod tests {
+    use super::super::testing::{Judged, judged};
     use super::*;
 
     #[test]
@@ -232,5 +233,63 @@ mod tests {
         // A hundredth times ten.
         assert!(checks.are_due(1.0, Some(0.09), 10) && !checks.are_due(1.0, Some(0.11), 10));
         assert!(checks.are_due(0.0, None, 10), "nothing else is left");
+    }
+
+    /// Two pixels of a triangle of ten, which a ray from above finds 0.5 and 0.2 off.
+    fn found(at: [Vec3; 2]) -> Found {
+        let mismatch = |(at, luminance)| PixelMismatch { ray: at - Vec3::Y, luminance };
+        let mismatches = at.into_iter().zip([0.5, 0.2]).map(mismatch).collect();
+        Found { mismatches, pixels: 10, ..Found::default() }
+    }
+
+    #[test]
+    fn mismatches_are_handed_down_to_the_children_that_they_lie_in() {
+        let (mut square, mut checks) = (judged(10.0), PixelChecks::default());
+        let root = square.roots[0];
+        let split = square.split(root);
+        let inside = |node: NodeId| square.cache.corner_positions(node).iter().sum::<Vec3>() / 3.0;
+        let [first, .., middle] = split.children.all();
+        let found = found([inside(first), inside(middle)]);
+        let Judged { rooted, view, .. } = &mut square;
+        let of = Reference { luminance: 1.0, reflectance: 0.8 };
+        checks.note(root, found, of, &mut rooted.cache, view);
+        let direct = |cache: &Cache, node: NodeId| cache.topology.nodes[node].direct;
+        assert_eq!(
+            (direct(&rooted.cache, root).mismatch, direct(&rooted.cache, root).mismatch_share),
+            (Some(0.5), 0.2)
+        );
+        checks.hand_down(root, split.children, &mut rooted.cache, view);
+        let below = split.children.all().map(|child| direct(&rooted.cache, child).mismatch);
+        assert_eq!(below, [Some(0.5), Some(0.0), Some(0.0), Some(0.2)]);
+        assert!(split.children.all().into_iter().all(|child| view.is_checked(child)));
+        assert!(checks.mismatches.len() == 2 && !checks.mismatches.contains_key(&root));
+    }
+
+    #[test]
+    fn what_was_checked_with_lights_left_out_is_checked_anew_below() {
+        let (mut square, mut checks) = (judged(10.0), PixelChecks::default());
+        let root = square.roots[0];
+        let split = square.split(root);
+        let Judged { rooted, view, .. } = &mut square;
+        let found = Found { open: 1, more: true, ..found([Vec3::new(0.2, 0.0, 0.5); 2]) };
+        checks.note(root, found, Reference { luminance: 1.0, reflectance: 0.8 }, &mut rooted.cache, view);
+        checks.hand_down(root, split.children, &mut rooted.cache, view);
+        assert!(split.children.all().into_iter().all(|child| !view.is_checked(child)));
+        assert!(checks.mismatches.is_empty());
+    }
+
+    #[test]
+    fn checks_tell_how_much_leaves_hide() {
+        let (mut square, mut checks) = (judged(10.0), PixelChecks::default());
+        let Judged { rooted, view, .. } = &mut square;
+        let (root, of) = (rooted.roots[0], Reference { luminance: 1.0, reflectance: 0.8 });
+        for _ in 0..100 {
+            view.leaves[root].checked = 0;
+            checks.note(root, found([Vec3::new(0.2, 0.0, 0.5); 2]), of, &mut rooted.cache, view);
+        }
+        // Errors of 0.4 and 0.16 of what is shown, in two pixels of ten.
+        let expected = 0.8_f32.powi(2) * (0.25 + 0.04) / 10.0;
+        let found = (checks.miss_rate() - PRIOR[0] as f32 * 8.0 / 108.0) * 108.0 / 100.0;
+        assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
     }
 }

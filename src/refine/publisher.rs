@@ -207,3 +207,98 @@ fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
     let position = cache.vertices[record.vertex].position;
     Slot { position, weight, diffuse: record.diffuse(), specular: view.specular[slot].total() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Judged, judged};
+    use super::*;
+    use crate::refine::replay::HostMesh;
+
+    /// A square that was drawn by a first update, and what the GPU holds of it.
+    fn published() -> (Judged, Publisher, HostMesh) {
+        let (mut square, mut publisher, mut mesh) = (judged(100.0), Publisher::default(), HostMesh::default());
+        let leaves = square.leaves();
+        leaves.iter().for_each(|&leaf| publisher.draw_visible(&mut square.rooted.cache, &square.view, leaf, false));
+        let slots: Vec<SlotId> = square.cache.slots.ids().collect();
+        let update = publisher.full_update(&square.cache, &square.view, &leaves, &slots);
+        mesh.apply(&update).expect("drawn first");
+        (square, publisher, mesh)
+    }
+
+    /// The next update.
+    fn next(square: &mut Judged, publisher: &mut Publisher, mesh: &mut HostMesh) -> Update {
+        let (mut update, _) = publisher.redraw(&mut square.rooted.cache, &square.view);
+        let slots = publisher.take_changed();
+        publisher.add_values(&square.cache, &square.view, &mut update, &slots);
+        mesh.apply(&update).expect("an update that fits the mesh");
+        update
+    }
+
+    /// Splits a root; both triangles are to be drawn anew.
+    fn split(square: &mut Judged, publisher: &mut Publisher) {
+        let root = square.roots[0];
+        square.split(root);
+        for child in square.cache.topology.children(root).collect::<Vec<_>>() {
+            square.see(child, 25.0);
+        }
+        square.roots.iter().for_each(|&node| publisher.note_redraw(&square.cache, node));
+    }
+
+    #[test]
+    fn a_slot_that_changed_is_sent_once_with_each_triangle_around_it() {
+        let (mut square, mut publisher, mut mesh) = published();
+        let shared = square.corners(square.roots[0])[0];
+        publisher.note_changed(&[shared, shared]);
+        publisher.note_changed(&[shared]);
+        let update = next(&mut square, &mut publisher, &mut mesh);
+        assert_eq!(update.slots.iter().map(|(slot, _)| *slot).collect::<Vec<_>>(), [shared]);
+        assert_eq!((update.patches.len(), update.drawn_triangles.len()), (2, 0));
+        let update = next(&mut square, &mut publisher, &mut mesh);
+        assert_eq!((update.slots.len(), update.patches.len(), update.sequence), (0, 0, 3));
+    }
+
+    #[test]
+    fn a_triangle_around_several_changed_slots_is_listed_once_and_a_new_one_not_twice() {
+        let (mut square, mut publisher, mut mesh) = published();
+        let corners = square.corners(square.roots[0]);
+        publisher.note_changed(&corners);
+        let update = next(&mut square, &mut publisher, &mut mesh);
+        assert_eq!((update.slots.len(), update.patch_triangles.len()), (3, 2));
+        split(&mut square, &mut publisher);
+        publisher.note_changed(&corners);
+        let update = next(&mut square, &mut publisher, &mut mesh);
+        // One of four replaced by four, one drawn through the middle of the diagonal: two for one.
+        let parts = |patch: &Patch| (patch.old.len(), patch.new.len());
+        assert_eq!(update.patches.iter().map(parts).collect::<Vec<_>>(), [(1, 4), (1, 2)]);
+        assert_eq!(mesh.drawn().count(), 6);
+    }
+
+    #[test]
+    fn triangles_are_recycled_once_the_gpu_has_drawn_what_replaces_them() {
+        let (mut square, mut publisher, mut mesh) = published();
+        let live = |square: &Judged| square.cache.drawn.triangles.live();
+        split(&mut square, &mut publisher);
+        let update = next(&mut square, &mut publisher, &mut mesh);
+        assert_eq!((live(&square), publisher.retired()), (8, 2), "both wait to be replaced");
+        publisher.recycle(&mut square.rooted.cache, update.sequence - 1);
+        assert_eq!((live(&square), publisher.retired()), (8, 2));
+        publisher.recycle(&mut square.rooted.cache, update.sequence);
+        assert_eq!((live(&square), publisher.retired()), (6, 0));
+    }
+
+    #[test]
+    fn triangles_await_counts_until_all_that_were_drawn_are_counted() {
+        let (mut square, mut publisher, mut mesh) = published();
+        assert!(publisher.awaits_counts());
+        assert_eq!(publisher.due_for_count(1), square.roots);
+        publisher.note_counted(1);
+        assert!(!publisher.awaits_counts() && publisher.due_for_count(1).is_empty());
+        square.view.counted = true;
+        split(&mut square, &mut publisher);
+        let update = next(&mut square, &mut publisher, &mut mesh);
+        assert!(publisher.awaits_counts() && publisher.due_for_count(update.sequence - 1).is_empty());
+        let drawn = square.cache.drawn.of_node(square.roots[1])[0];
+        assert!(!publisher.is_uncounted(drawn, update.sequence - 1) && publisher.is_uncounted(drawn, update.sequence));
+        assert_eq!(publisher.due_for_count(update.sequence).len(), 5, "four children, one drawn anew");
+    }
+}

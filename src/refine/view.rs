@@ -172,3 +172,52 @@ impl ViewState {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::judged;
+    use super::*;
+
+    #[test]
+    fn a_view_that_is_left_makes_its_leaves_and_vertices_worth_nothing() {
+        let mut square = judged(100.0);
+        let root = square.roots[0];
+        let vertex = square.cache.corner_vertices(root)[0];
+        square.view.vertices[vertex].importance = 3.0;
+        let cache = &square.rooted.cache;
+        square.view.forget(cache, true);
+        let found = (square.view.leaves[root].pixels, square.view.indirect[root].pixels);
+        assert_eq!((found, square.view.vertices[vertex].importance), ((100.0, 0.0), 0.0), "the camera stays");
+        square.view.forget(cache, false);
+        assert_eq!(square.view.leaves[root].pixels, 0.0);
+    }
+
+    #[test]
+    fn counts_and_checks_stay_with_the_camera() {
+        let shown = |stays: Option<u32>| {
+            let mut square = judged(100.0);
+            let root = square.roots[0];
+            let leaf = &mut square.view.leaves[root];
+            (leaf.pixels, leaf.checked, leaf.sampled) = (7.0, 1, 1);
+            square.view.generation = 2;
+            assert!(!square.view.sees(root));
+            square.view.show(root, 50.0, stays);
+            assert!(square.view.sees(root));
+            (square.view.leaves[root].pixels, square.view.is_checked(root))
+        };
+        assert_eq!(shown(Some(1)), (7.0, true));
+        assert_eq!(shown(None), (50.0, false));
+    }
+
+    #[test]
+    fn pixels_of_a_node_are_those_of_its_leaves() {
+        let mut square = judged(100.0);
+        let root = square.roots[0];
+        square.split(root);
+        let children: Vec<NodeId> = square.cache.topology.children(root).collect();
+        children.iter().zip([1.0, 2.0, 4.0, 8.0]).for_each(|(&child, pixels)| square.see(child, pixels));
+        assert_eq!(square.view.pixels_below(&square.rooted.cache, root), 15.0);
+        assert_eq!(square.view.visible_leaves(&square.rooted.cache).len(), 5);
+        assert_eq!(square.view.indirect_leaves(&square.rooted.cache), square.roots, "not split there");
+    }
+}
