@@ -284,7 +284,7 @@ mod tests {
         let Judged { rooted, view, .. } = &mut square;
         let (root, of) = (rooted.roots[0], Reference { luminance: 1.0, reflectance: 0.8 });
         for _ in 0..100 {
-            view.leaves[root].checked = 0;
+            view.leaves[root].checked = false;
             checks.note(root, found([Vec3::new(0.2, 0.0, 0.5); 2]), of, &mut rooted.cache, view);
         }
         // Errors of 0.4 and 0.16 of what is shown, in two pixels of ten.

@@ -184,29 +184,27 @@ mod tests {
         let root = square.roots[0];
         let vertex = square.cache.corner_vertices(root)[0];
         square.view.vertices[vertex].importance = 3.0;
-        let cache = &square.rooted.cache;
-        square.view.forget(cache, true);
+        square.view.forget(true);
         let found = (square.view.leaves[root].pixels, square.view.indirect[root].pixels);
         assert_eq!((found, square.view.vertices[vertex].importance), ((100.0, 0.0), 0.0), "the camera stays");
-        square.view.forget(cache, false);
-        assert_eq!(square.view.leaves[root].pixels, 0.0);
+        square.view.forget(false);
+        assert_eq!((square.view.leaves[root].pixels, square.view.sees(root)), (0.0, false));
     }
 
     #[test]
     fn counts_and_checks_stay_with_the_camera() {
-        let shown = |stays: Option<u32>| {
+        let shown = |stays: bool| {
             let mut square = judged(100.0);
             let root = square.roots[0];
             let leaf = &mut square.view.leaves[root];
-            (leaf.pixels, leaf.checked, leaf.sampled) = (7.0, 1, 1);
-            square.view.generation = 2;
-            assert!(!square.view.sees(root));
+            (leaf.pixels, leaf.checked, leaf.sampled) = (7.0, true, true);
+            square.view.forget(stays);
             square.view.show(root, 50.0, stays);
             assert!(square.view.sees(root));
             (square.view.leaves[root].pixels, square.view.is_checked(root))
         };
-        assert_eq!(shown(Some(1)), (7.0, true));
-        assert_eq!(shown(None), (50.0, false));
+        assert_eq!(shown(true), (7.0, true));
+        assert_eq!(shown(false), (50.0, false));
     }
 
     #[test]
