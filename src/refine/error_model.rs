@@ -42,8 +42,6 @@ const UNMEASURED_EDGE: f32 = 0.05;
 const SMALL_FACE: f32 = 16.0;
 /// A child's square error against its parent's, where light is smooth.
 pub(super) const CHILD: f32 = 1.0 / 16.0;
-/// The same where a penumbra begins.
-const KINKED_CHILD: f32 = 1.0 / 4.0;
 /// Contrast, of indirect light or with what lies between corners, that takes a leaf for one across a hard shadow's.
 pub(super) const HARD_CONTRAST: f32 = 0.4;
 /// The same for direct light: an edge where a quarter of it is missing looks sharp.
@@ -78,17 +76,6 @@ pub struct LeafEstimate {
     pub interpolation: f32,
     /// Mean variance of noise over the leaf, (W·sr⁻¹·m⁻²)².
     pub noise: f32,
-}
-
-/// Midpoints on a leaf's edges against its corners.
-#[derive(Clone, Copy, Debug, Default)]
-struct Hanging {
-    /// Largest Michelson contrast of direct light with a corner.
-    contrast: f32,
-    /// Square error that a leaf without them would have there, (W·sr⁻¹·m⁻²)².
-    surplus: f32,
-    /// How much brighter the leaf is for them.
-    brighter: f32,
 }
 
 /// Σd² + Σdd′ of the surpluses on a triangle's edges, what the mean square error of interpolation is proportional to
@@ -128,9 +115,8 @@ impl ErrorModel<'_> {
         let (shown, covered) = self.corners(id);
         let node = &self.cache.topology.nodes[id];
         let total = shown.map(|[direct, indirect]| direct + indirect);
-        let hanging = self.hanging(id, shown);
-        let mean = total.iter().sum::<f32>() / 3.0 + hanging.brighter;
-        let mut contrast = hanging.contrast;
+        let mean = total.iter().sum::<f32>() / 3.0;
+        let mut contrast = 0.0_f32;
         for i in 0..3 {
             let j = (i + 1) % 3;
             contrast = contrast.max(if covered[i] == covered[j] { michelson(shown[i], shown[j]) } else { 1.0 });
@@ -144,12 +130,8 @@ impl ErrorModel<'_> {
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let (highlight, mismatch) = (self.highlight(id), self.mismatch(id));
         // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
-        let of_parent = match contrast {
-            c if c > HARD_CONTRAST => 1.0,
-            _ if self.spans_a_kink(node) => KINKED_CHILD,
-            _ => CHILD,
-        };
-        let surplus = (node.direct.surplus / CHILD).max(hanging.surplus) * of_parent;
+        let of_parent = if contrast > HARD_CONTRAST { 1.0 } else { CHILD };
+        let surplus = node.direct.surplus / CHILD * of_parent;
         let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
             + self.unmeasured_edge(id, contrast) * mean.powi(2)
@@ -160,13 +142,6 @@ impl ErrorModel<'_> {
         LeafEstimate { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
     }
 
-    /// Whether a penumbra begins or ends between the corners of a node.
-    fn spans_a_kink(&self, node: &Node) -> bool {
-        let partial = |slot: SlotId| self.cache.vertices[self.cache.slots[slot].vertex].progress.left.partial > 0;
-        let partial = node.corners.map(partial);
-        partial != [partial[0]; 3]
-    }
-
     /// Square error of interpolating over a small face across a hard edge, against the square of its mean: nothing
     /// was ever measured between its corners, and of its few pixels each may be on either side. (Large faces are soon
     /// split for their contrast.)
@@ -174,24 +149,6 @@ impl ErrorModel<'_> {
         let node = &self.cache.topology.nodes[id];
         let is_small_face = node.level == 0 && self.view.leaves[id].pixels <= SMALL_FACE;
         if is_small_face && contrast > SHADOW_CONTRAST { UNMEASURED_EDGE * contrast * contrast } else { 0.0 }
-    }
-
-    /// What the midpoints that finer neighbours put on a leaf's edges say against its corners.
-    fn hanging(&self, id: NodeId, corners: [[f32; 2]; 3]) -> Hanging {
-        let node = &self.cache.topology.nodes[id];
-        let mut found = Hanging::default();
-        if self.cache.drawn.of_node(id).len() < 2 {
-            return found;
-        }
-        for i in 0..3 {
-            let Some(middle) = self.cache.hanging_slot(id, i) else { continue };
-            let (middle, a, b) = (self.shown(node.face, middle), corners[i], corners[(i + 1) % 3]);
-            let surplus = middle[0] - (a[0] + b[0]) * 0.5;
-            found.contrast = found.contrast.max(michelson(middle, a)).max(michelson(middle, b));
-            found.surplus += SURPLUS_TO_MSE * surplus * surplus;
-            found.brighter = found.brighter.max(surplus / 3.0);
-        }
-        found
     }
 
     /// The vertex inside a leaf, if that is what the leaf's one pixel shows.
