@@ -13,9 +13,16 @@ use penombre::refine::options::{Options, Priority};
 use penombre::scene::light::LightKind;
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::f32::consts::PI;
+use std::sync::LazyLock;
 
 fn refine(seed: u64) -> Options {
     Options { min_pixels: 3.0, shadow_size: 0.1, ..options(seed) }
+}
+
+/// For what does not rest on how exact the light is: refined as far, but a hundredth of the mean is exact enough for points in the
+/// penumbra, on which nearly all rays go otherwise.
+fn coarse(seed: u64) -> Options {
+    Options { tolerance: 1e-2, ..refine(seed) }
 }
 
 /// A floor [-1, 1]² of two triangles facing up.
@@ -70,7 +77,7 @@ fn refined_faces_are_tiled_without_t_junctions() {
         let mut scene = Scene::default();
         let ids = floor(&mut scene);
         lamp_and_blocker(&mut scene);
-        let mut engine = engine_with(scene.clone(), 1, refine(seed));
+        let mut engine = engine_with(scene.clone(), 1, coarse(seed));
         let mirror = solve_pixels(&mut engine, &both_sides(&ids), 20_000, Vec3::Y);
         engine.cache().validate();
         assert!(mirror.last.stats.triangles > 1000, "{:?}", mirror.last.stats);
@@ -84,7 +91,7 @@ fn refinement_stops_at_the_smallest_leaf() {
     let ids = floor(&mut scene);
     lamp_and_blocker(&mut scene);
     let count = |min_pixels| {
-        let options = Options { min_pixels, ..refine(0) };
+        let options = Options { min_pixels, ..coarse(0) };
         let mut engine = engine_with(scene.clone(), 1, options);
         solve_pixels(&mut engine, &front(&ids), 4096, Vec3::Y).last.stats.triangles
     };
@@ -153,44 +160,54 @@ fn brute_force(scene: &Scene, bvh: &Bvh, x: Vec3) -> f32 {
     5.0 * sum * 0.16 / (n * n) as f32
 }
 
-fn penumbra_error(priority: Priority, vertices: u64) -> (f64, u64) {
+/// Points of the floor, and what they show of the lamp's light.
+static EXACT: LazyLock<Vec<(Vec3, f64)>> = LazyLock::new(|| {
+    let mut scene = Scene::default();
+    lamp_and_blocker(&mut scene);
+    let bvh = Bvh::build(&scene);
+    let point = |i| {
+        let [u, v, ..] = Sequence::new(9).point(i);
+        let p = Vec2::new(u, v) * 1.998 - 0.999;
+        let x = Vec3::new(p.x, 0.0, p.y);
+        (x, f64::from(brute_force(&scene, &bvh, x) / PI))
+    };
+    (0..1500).map(point).collect()
+});
+
+/// Error of the lamp's light on the floor once so many vertices were traced, in batches of so many rays.
+fn penumbra_error(priority: Priority, vertices: u64, batch: u64) -> (f64, u64) {
     let mut scene = Scene::default();
     let ids = floor(&mut scene);
     lamp_and_blocker(&mut scene);
-    let bvh = Bvh::build(&scene);
-    let mut engine = engine_with(scene.clone(), 2, Options { priority, ..refine(1) });
+    // At the end of refinement noise is the smaller part of the error: a tolerance of 1e-3 takes four times the rays for the same.
+    let mut engine = engine_with(scene, 2, Options { priority, tolerance: 2e-3, ..refine(1) });
     let mut mirror = Mirror::default();
     let faces = front(&ids).iter().map(|&f| (f, 30_000)).collect();
     mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, view: None, faces }));
     while !mirror.last.stats.converged && mirror.last.stats.vertices < vertices {
-        mirror.apply(engine.step(Budget::Rays(500)));
+        mirror.apply(engine.step(Budget::Rays(batch)));
         engine.counted(&drawn(&mirror));
     }
     let (mut square, mut mean) = (0.0, 0.0);
-    let points = 1500;
-    for i in 0..points {
-        let [u, v, ..] = Sequence::new(9).point(i);
-        let p = Vec2::new(u, v) * 1.998 - 0.999;
-        let x = Vec3::new(p.x, 0.0, p.y);
-        let exact = f64::from(brute_force(&scene, &bvh, x) / PI);
+    for &(x, exact) in EXACT.iter() {
         let shown = front(&ids).iter().find_map(|&f| mirror.diffuse_at(f, x)).expect("on the floor");
         square += (f64::from(shown.x) - exact).powi(2);
         mean += exact;
     }
-    let n = f64::from(points);
+    let n = EXACT.len() as f64;
     ((square / n).sqrt() / (mean / n), mirror.last.stats.vertices)
 }
 
 #[test]
 fn penumbrae_converge_to_brute_force() {
-    let (error, vertices) = penumbra_error(Priority::Error, u64::MAX);
+    let (error, vertices) = penumbra_error(Priority::Error, u64::MAX, 50_000);
     assert!(error < 0.006, "{error} with {vertices} vertices");
 }
 
 #[test]
 fn the_queue_beats_random_choice() {
-    let (queue, _) = penumbra_error(Priority::Error, 1500);
-    let (random, _) = penumbra_error(Priority::Random, 1500);
+    let (queue, _) = penumbra_error(Priority::Error, 1500, 500);
+    let (random, _) = penumbra_error(Priority::Random, 1500, 500);
     assert!(queue < 0.03 && queue < 0.7 * random, "queue {queue}, random {random}");
 }
 
@@ -200,7 +217,7 @@ fn refinement_does_not_depend_on_threads() {
         let mut scene = Scene::default();
         let ids = floor(&mut scene);
         lamp_and_blocker(&mut scene);
-        let mut engine = engine_with(scene, threads, refine(4));
+        let mut engine = engine_with(scene, threads, coarse(4));
         let mirror = solve_pixels(&mut engine, &front(&ids), 5_000, Vec3::Y);
         let mut slots: Vec<(u32, [u32; 3])> =
             mirror.mesh.slots().map(|(id, s)| (id.0, s.diffuse.to_array().map(f32::to_bits))).collect();
@@ -217,7 +234,7 @@ fn a_view_that_returns_costs_no_ray() {
     let mut scene = Scene::default();
     let ids = floor(&mut scene);
     lamp_and_blocker(&mut scene);
-    let mut engine = engine_with(scene.clone(), 1, refine(2));
+    let mut engine = engine_with(scene.clone(), 1, coarse(2));
     let first = solve_pixels(&mut engine, &front(&ids), 8_000, Vec3::Y);
     let rays = first.last.stats.rays;
     let away = Visible { generation: 2, eye: Vec3::X, view: None, faces: vec![(FaceId::new(ids[0], true), 100)] };
