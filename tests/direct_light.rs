@@ -1,4 +1,4 @@
-//! Direct light at vertices against closed forms (design page `literature.md` 5).
+//! Direct light at vertices against closed forms (docs/method/closed-forms.md).
 
 mod by_hand;
 

@@ -154,7 +154,7 @@ fn compare_with_full(renderer: &mut Renderer, mode: UpdateMode, what: &str) {
     renderer.frame(&FULL).unwrap();
     let full = renderer.read_layers().unwrap();
     let share = differing(&by_patches, &full);
-    // At silhouettes the full redraw shows other faces than the id image in a few pixels of 10,000 (lavapipe.md 3).
+    // At silhouettes the full redraw shows other faces than the id image in a few pixels of 10,000 (docs/lavapipe.md).
     assert!(share < 2e-3, "{mode:?}, {what}: {share} of the pixels differ");
 }
 

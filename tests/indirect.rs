@@ -1,4 +1,4 @@
-//! Indirect light of the engine against closed forms (design page `literature.md` 5).
+//! Indirect light of the engine against closed forms (docs/method/closed-forms.md).
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod by_hand;
@@ -186,7 +186,7 @@ fn lit_wall() -> (Scene, FaceId, Vec3) {
     let grey = material(&mut scene, |_| {});
     let wall = material(&mut scene, |m| m.kd = albedo);
     let receiver = triangle(&mut scene, [Vec3::ZERO, Vec3::Z * -1e-3, Vec3::X * -1e-3], grey);
-    // Foot at distance 0.7 along x, width 1.5 along z, height 2: the form factor is that of `literature.md` 5.
+    // Foot at distance 0.7 along x, width 1.5 along z, height 2: the form factor is that of docs/method/closed-forms.md.
     patch(&mut scene, Vec3::X * 0.7, Vec3::Z * 1.5, Vec3::Y * 2.0, 1, wall);
     // From below, so that the patch gets none of it but off the wall.
     let direction = Vec3::new(1.0, 0.5, 0.0).normalize();

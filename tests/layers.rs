@@ -45,7 +45,7 @@ const CRATES: &[(&str, &[&str])] = &[
 const SHADERS: &[&str] = &["vert", "frag", "comp", "glsl"];
 
 /// The rooms whose files may still import each other in a circle.
-const CIRCLES_ALLOWED: &[&str] = &["cache", "refine", "cli"];
+const CIRCLES_ALLOWED: &[&str] = &["cli"];
 
 /// The longest a file of code or shaders may be.
 const MAX_LINES: usize = 500;
@@ -117,10 +117,55 @@ fn citations_are_listed() {
 }
 
 #[test]
+fn pages_that_comments_name_are_in_the_repository() {
+    let mut files = sources("src", "rs");
+    files.extend(sources("tests", "rs"));
+    files.extend(SHADERS.iter().flat_map(|extension| sources("glsl", extension)));
+    let this = root().join("tests/layers.rs");
+    let missing: Vec<String> = files
+        .iter()
+        .filter(|file| **file != this)
+        .flat_map(|file| pages(&fs::read_to_string(file).unwrap()).into_iter().map(move |page| (file, page)))
+        .filter(|(_, page)| !root().join(page).is_file())
+        .map(|(file, page)| format!("{}: {page} is not in the repository", slashes(file)))
+        .collect();
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+#[test]
+fn pages_name_files_that_exist() {
+    let mut pages = sources("docs", "md");
+    pages.push(root().join("README.md"));
+    // History keeps its names.
+    let missing: Vec<String> = pages
+        .iter()
+        .filter(|page| !slashes(page).starts_with("docs/notebook/"))
+        .flat_map(|page| named_files(&fs::read_to_string(page).unwrap()).into_iter().map(move |name| (page, name)))
+        .filter(|(page, name)| !root().join(name).exists() && !page.with_file_name(name).exists())
+        .map(|(page, name)| format!("{}: {name} does not exist", slashes(page)))
+        .collect();
+    assert!(missing.is_empty(), "{}", missing.join("\n"));
+}
+
+#[test]
+fn files_are_found_in_links_and_in_code() {
+    let text = "See [this](method/a.md#b), [that](https://x.y), `src/cache/pool.rs`, `src/NEW/` and `cache::pool`.";
+    assert_eq!(named_files(text), ["method/a.md", "src/cache/pool.rs"]);
+}
+
+#[test]
+fn pages_are_found_however_they_are_cited() {
+    let text =
+        "//! As in docs/bench.md, (method 3) or `lavapipe.md` 4.\nlet a = \"b.md\"; // see method 5, the methods 2";
+    assert_eq!(pages(text), ["docs/bench.md", "lavapipe.md", "method 3", "method 5"]);
+}
+
+#[test]
 fn citations_are_told_from_links() {
     let text = "/// As in [FP03 §4.3] and [Duff17], not [`Scene`], [Camera], [this](x) or a[B64].\nlet x = a[X11];";
     assert_eq!(citations(text), ["FP03", "Duff17"]);
     assert_eq!(citations("// by its edges [Lambert §2]"), ["Lambert"]);
+    assert_eq!(citations("// a weight [L 2.2], between [0, 1], of [Frame] 2"), ["L"]);
 }
 
 #[test]
@@ -336,7 +381,34 @@ fn without_comments(text: &str) -> String {
     text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
 }
 
-/// The keys cited in comments: `[Name12]`, or any `[Name §…]`.
+/// The files that a page links to, or names in code: those of an example, in capitals, left out.
+fn named_files(text: &str) -> Vec<String> {
+    let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
+    let links = links.filter(|link| !link.is_empty() && !link.starts_with("http"));
+    let folders = ["src/", "glsl/", "tests/", "scenes/", "docs/"];
+    let is_file = |name: &&str| {
+        let plain = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "/._-".contains(c);
+        folders.iter().any(|folder| name.starts_with(folder)) && name.chars().all(plain)
+    };
+    let code = text.lines().flat_map(|line| line.split('`').skip(1).step_by(2)).filter(is_file);
+    links.chain(code).map(str::to_owned).collect()
+}
+
+/// What comments cite as a page: a file of Markdown, or "method" and a number.
+fn pages(text: &str) -> Vec<String> {
+    let comments = text.lines().filter_map(|line| line.split_once("//").map(|(_, comment)| comment));
+    let mut found = Vec::new();
+    for comment in comments {
+        let words: Vec<&str> = comment.split(|c: char| !c.is_alphanumeric() && !"/._-".contains(c)).collect();
+        let words: Vec<&str> = words.iter().map(|word| word.trim_matches('.')).filter(|w| !w.is_empty()).collect();
+        found.extend(words.iter().filter(|word| word.ends_with(".md")).map(|word| (*word).to_owned()));
+        let numbered = words.windows(2).filter(|w| w[0] == "method" && w[1].parse::<u32>().is_ok());
+        found.extend(numbered.map(|w| w.join(" ")));
+    }
+    found
+}
+
+/// The keys cited in comments: `[Name12]`, or any `[Name §…]` and `[Name 1.2]`.
 fn citations(text: &str) -> Vec<String> {
     let comments = text.lines().filter_map(|line| line.split_once("//").map(|(_, comment)| comment));
     comments
@@ -355,7 +427,9 @@ fn citation(comment: &str, at: usize) -> Option<&str> {
     let key = content.split([' ', ',']).next()?;
     let year = key.len() > 3 && key.is_ascii() && key[key.len() - 2..].chars().all(|c| c.is_ascii_digit());
     let name = key.starts_with(|c: char| c.is_ascii_uppercase()) && key.chars().all(|c| c.is_ascii_alphanumeric());
-    (name && (year || content.contains('§'))).then_some(key)
+    let place =
+        content.split(' ').nth(1).is_some_and(|word| word.starts_with(|c: char| c == '§' || c.is_ascii_digit()));
+    (name && (year || place)).then_some(key)
 }
 
 /// The room of `src/geom/bvh.rs` is `geom`, that of `src/error.rs` is `error`.

@@ -6,7 +6,7 @@ use penombre::scene::load::{Loaded, load};
 use penombre::scene::report::Severity;
 use std::path::{Path, PathBuf};
 
-/// File, triangles that a tolerant loader keeps: the table of `../shared/scenes/SCENES.md`.
+/// File, triangles that a tolerant loader keeps: the table of the collection's own page.
 const TABLE: [(&str, usize); 36] = [
     ("tinyobjloader/catmark_torus_creases0.obj", 64),
     ("tinyobjloader/cornell_box_multimaterial.obj", 36),

@@ -1,4 +1,4 @@
-//! More lights than meshes: groups against every lamp by itself, against brute force, and against the path tracer.
+//! More lights than light groups: groups against every lamp by itself, against brute force, and against the path tracer.
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod binary;
@@ -88,7 +88,7 @@ fn factors(of: impl Fn(u32) -> Vec3) -> Vec<Vec3> {
     (0..CLUSTERS * LAMPS).map(|i| of(i % LAMPS)).collect()
 }
 
-/// Few meshes: groups of six or so.
+/// Few groups, of six or so.
 fn grouped(seed: u64) -> Options {
     Options { max_light_groups: 30, min_pixels: 3.0, shadow_size: 0.3, ..options(seed) }
 }
@@ -160,10 +160,10 @@ fn grouped_light_is_that_of_every_lamp() {
         engine.cache().validate();
         (error(&mirror, &scene, &ids, evenly), mirror.last.stats, engine.cache().layers.len())
     };
-    let (error, stats, meshes) = solved(30);
+    let (error, stats, groups) = solved(30);
     let (error_alone, alone, all) = solved(1000);
     println!("groups: {error} by {} rays; every lamp: {error_alone} by {} rays", stats.rays, alone.rays);
-    assert_eq!((meshes, all), (30, 180));
+    assert_eq!((groups, all), (30, 180));
     assert!(error < 0.02, "{error}; every lamp by itself: {error_alone}");
     // What groups save is memory and evaluation; rays only where a place sees many of their members.
     assert!(stats.vertices < alone.vertices && stats.cache_bytes < alone.cache_bytes / 2, "{stats:?} {alone:?}");
@@ -199,10 +199,10 @@ fn points_of_a_group_are_unbiased() {
     // Under the edges of the plates.
     for (corner, size) in (0..5).map(plate) {
         let place = Place { scene: &scene, bvh: &bvh, x: Vec3::new(corner.x, 0.0, corner.z + 0.5 * size) };
-        for mesh in (0..lights.group_count()).map(|mesh| lights.group(mesh)) {
-            let all = mesh.sources().map(|(source, _)| place.arriving(source));
+        for group in (0..lights.group_count()).map(|group| lights.group(group)) {
+            let all = group.sources().map(|(source, _)| place.arriving(source));
             let exact = all.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
-            place.assert_mean_is(mesh, exact);
+            place.assert_mean_is(group, exact);
             partly += u32::from(exact[1] > 0.05 * exact[0] && exact[1] < 0.95 * exact[0]);
         }
     }
@@ -237,10 +237,10 @@ impl Place<'_> {
     }
 
     /// Checks the mean over many rounds of a few points: neither one turn nor two.
-    fn assert_mean_is(&self, mesh: LightGroup<'_>, exact: [f32; 2]) {
+    fn assert_mean_is(&self, group: LightGroup<'_>, exact: [f32; 2]) {
         const ROUNDS: u64 = 1500;
         let round = |round: u64| {
-            let points = mesh.points(self.x, Sequence::new(round * 77 + 5));
+            let points = group.points(self.x, Sequence::new(round * 77 + 5));
             mean((0..7).map(|i| self.values(points.sample(self.scene, i))))
         };
         let rounds: Vec<[f32; 2]> = (0..ROUNDS).map(round).collect();
@@ -290,7 +290,7 @@ fn lights_are_drawn_with_the_chances_that_are_told() {
 }
 
 #[test]
-fn as_many_meshes_as_lights_are_one_each() {
+fn as_many_groups_as_lights_are_one_each() {
     let (scene, ids) = hall(false, true, evenly);
     let alone = Lights::in_groups(&scene, 180);
     assert_eq!(alone.group_count(), 180);

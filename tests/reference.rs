@@ -1,4 +1,4 @@
-//! The path tracer against closed forms (design page `literature.md` 5), and its own strategies against each other.
+//! The path tracer against closed forms (docs/method/closed-forms.md), and its own strategies against each other.
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 mod by_hand;

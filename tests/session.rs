@@ -13,8 +13,7 @@ use penombre::scene::Scene;
 use penombre::scene::camera::{ImageSize, View};
 use penombre::scene::light::{Light, LightKind};
 use penombre::session::{
-    Batches, Budget, EndedBy, FrameReport, Observer, Options, Pace, Quality, Refinement, Session, Unobserved,
-    owned_engine,
+    Batches, Budget, EndedBy, FrameReport, Observer, Options, Pace, Refinement, Session, Unobserved, owned_engine,
 };
 use std::sync::Arc;
 use std::time::Duration;
@@ -34,8 +33,8 @@ fn options(budget: Budget) -> Options {
     Options {
         size: ImageSize { width: 64, height: 48 },
         threads: Some(1),
-        pace: Pace::Fixed(Batches { rays: 2_000, ..Batches::A_FRAME }),
-        refinement: Refinement { indirect: false, thresholds: Quality::Draft.thresholds(), ..Refinement::default() },
+        pace: Pace::Fixed(Batches { rays: 200, most: 200, counts_lag: 2 }),
+        refinement: Refinement { indirect: false, ..Refinement::default() },
         budget,
         ..Options::default()
     }
@@ -127,7 +126,7 @@ fn an_observer_ends_a_run() {
 
 #[test]
 fn budgets_end_a_run() {
-    let rays = Budget { rays: Some(5_000), ..Budget::default() };
+    let rays = Budget { rays: Some(600), ..Budget::default() };
     let frames = Budget { frames: Some(2), ..Budget::default() };
     for (budget, by) in [(rays, EndedBy::Rays), (frames, EndedBy::Frames)] {
         with_session(&options(budget), |session, view| {
@@ -147,7 +146,7 @@ fn the_same_steps_make_the_same_picture_wherever_the_engine_runs() {
         (still.combined, still.layers.d, still.level)
     };
     let scene = floor();
-    let budget = Budget { rays: Some(30_000), ..Budget::default() };
+    let budget = Budget { rays: Some(2_000), ..Budget::default() };
     let on_threads = |threads| {
         let options = Options { threads: Some(threads), ..options(budget) };
         let mut session = Session::open(&scene, &options).unwrap();
@@ -179,7 +178,9 @@ fn the_engine_runs_ahead_at_a_free_pace() {
 
 #[test]
 fn a_recording_starts_with_every_vertex_lit_and_can_be_replayed() {
-    let options = Options { update: UpdateMode::Full, ..options(Budget::default()) };
+    // Indirect light, which is not done as soon as every vertex has a value.
+    let mut options = Options { update: UpdateMode::Full, ..options(Budget::default()) };
+    options.refinement.indirect = true;
     with_session(&options, |session, view| {
         let updates = session.record(view, 5, &mut Unobserved).unwrap();
         assert_eq!(updates.len(), 6);

@@ -1,8 +1,8 @@
-//! Coarse levels above the geometry: real meshes are denser than their indirect light, so that not every base vertex has to
-//! gather.
+//! Coarse levels above the geometry: real meshes are denser than their indirect light, so that not every base vertex
+//! has to gather.
 //!
-//! Base vertices are taken into a coarse-to-fine order of spacings that shrink threefold. Each takes the prediction of up to
-//! six coarser ones around it, by moving least squares, until it has gathered itself.
+//! Base vertices are taken into a coarse-to-fine order of spacings that shrink threefold. Each takes the prediction
+//! of up to six coarser ones around it, by moving least squares, until it has gathered itself.
 
 use super::coarse_grids::{LEVELS, MOST_PARENTS, Near, Neighbours, spacing};
 use super::ids::{SlotId, VertexId};
@@ -27,7 +27,7 @@ const LEAST_DOUBT: f32 = 0.2;
 pub(super) struct Predicted {
     /// The light, with the variance that comes of noise.
     pub light: SlotLight,
-    /// Expected square error beyond noise: how far those that predict differ.
+    /// Expected square error beyond noise, (W·sr⁻¹·m⁻²)²: how far those that predict differ.
     pub error: f32,
 }
 
@@ -79,7 +79,8 @@ impl Cache {
         self.note_between(slot, between);
     }
 
-    /// What a slot shows that has not gathered: what coarser base vertices predict, to be shown, not to be computed with.
+    /// What a slot shows that has not gathered: what coarser base vertices predict, to be shown, not to be computed
+    /// with.
     pub(super) fn shown_from_coarse(&self, slot: SlotId, between: &Between, eye: Eye<'_>) -> SlotLight {
         let Some(Predicted { light, error }) = self.predicted_from_coarse(slot, between, eye) else {
             return SlotLight::default();
@@ -123,8 +124,8 @@ impl Cache {
     }
 }
 
-/// Weights by which the values at places around a point give the value at it: those of a linear function are kept, as far
-/// as the places tell its slopes.
+/// Weights by which the values at places around a point give the value at it: those of a linear function are kept, as
+/// far as the places tell its slopes.
 fn least_squares_weights(places: &[Near], radius: f32) -> SmallVec<[f32; MOST_PARENTS]> {
     let basis = |p: &Near| (p.offset / radius).extend(1.0);
     let kernel = |p: &Near| {

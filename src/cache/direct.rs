@@ -1,8 +1,8 @@
-//! Direct light at vertices: which lights are traced, and tracing them (method 3, 6).
+//! Direct light at vertices: which lights are traced, and tracing them (docs/method/direct-light.md).
 //!
-//! Light is separated into what would arrive without occlusion, known in closed form, and the visible fraction, which rays
-//! sample: one for a delta light, stratified points for an area light. Fully lit and fully dark vertices are exact with a
-//! handful of rays; noise lives in penumbrae only.
+//! Light is separated into what would arrive without occlusion, known in closed form, and the visible fraction, which
+//! rays sample: one for a delta light, stratified points for an area light. Fully lit and fully dark vertices are
+//! exact with a handful of rays; noise lives in penumbrae only.
 
 use super::ids::{NodeId, SlotId, VertexId};
 use super::store::Cache;
@@ -76,12 +76,12 @@ pub struct Results {
     pub rays: u64,
 }
 
-/// Standard error of the light guessed on a first visit, against all that is expected, and lights that are worth it: fewer cost
-/// less to trace than to come back for.
+/// Standard error of the light guessed on a first visit, against all that is expected, and lights that are worth it:
+/// fewer cost less to trace than to come back for.
 const DEFERRED_ERROR: f32 = 0.05;
 const DEFERRED_LIGHTS: usize = 8;
-/// Points of an area light that tell full and no visibility, and those that tell how much in between: of a light that makes
-/// up most of what can arrive, and of any other, which adds no more noise then.
+/// Points of an area light that tell full and no visibility, and those that tell how much in between: of a light that
+/// makes up most of what can arrive, and of any other, which adds no more noise then.
 const FIRST_POINTS: u32 = 4;
 const STRONG_POINTS: u32 = 64;
 const PENUMBRA_POINTS: u32 = 16;
@@ -185,8 +185,8 @@ fn odds(cache: &Cache, around: visibility_prior::PriorCells, place: VertexKind, 
     (odds + known().map(|corner| corner.fraction()).sum::<f32>()) / (1 + known().count()) as f32
 }
 
-/// Points of a light that a vertex should not fall short of: half of what those that it lies between took in its penumbra, lest
-/// it know less than they told before it was there.
+/// Points of a light that a vertex should not fall short of: half of what those that it lies between took in its
+/// penumbra, lest it know less than they told before it was there.
 fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
     let layer = &cache.layers[light as usize].visibility;
     let points = |slot: SlotId| {
@@ -201,14 +201,14 @@ fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
 /// A light that nothing but a ray can settle at a vertex.
 struct Open {
     light: u32,
-    /// What can arrive, luminance.
+    /// What can arrive: luminance of irradiance, W·m⁻².
     strength: f32,
     /// Share of it that is likely to arrive.
     odds: f32,
 }
 
 impl Open {
-    /// Variance of what arrives, by the odds.
+    /// Variance of what arrives, by the odds, (W·m⁻²)².
     fn variance(&self) -> f32 {
         self.strength * self.strength * self.odds * (1.0 - self.odds)
     }
@@ -225,8 +225,8 @@ fn strength(cache: &Cache, id: VertexId, light: LightGroup<'_>) -> f32 {
     cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
 }
 
-/// Whether a light makes up most of what can arrive at a vertex. Where there are many, few need to be looked at to see that it
-/// does not.
+/// Whether a light makes up most of what can arrive at a vertex. Where there are many, few need to be looked at to
+/// see that it does not.
 fn is_strong(context: &SceneContext<'_>, cache: &Cache, (id, light): (VertexId, u32)) -> bool {
     let own = strength(cache, id, context.lights.group(light as usize));
     let mut all = 0.0;
@@ -261,7 +261,8 @@ fn settled(cache: &Cache, (emitter, light): (LightGroup<'_>, u32), place: Vertex
     (known && agree && exact).then_some(first)
 }
 
-/// Traces a light for the first time: by `first` points, or those that tell a penumbra; more where others around know it better.
+/// Traces a light for the first time: by `first` points, or those that tell a penumbra; more where others around know
+/// it better.
 fn sample(
     context: &SceneContext<'_>,
     cache: &Cache,
@@ -291,8 +292,8 @@ fn sample(
     out.lights.push(LightResult { vertex: id, light, visibility, sums: 0 });
 }
 
-/// Whether a vertex must be traced (again) where its neighbours see more or less of a light: what it knows was inferred,
-/// or comes from too few points to tell a penumbra.
+/// Whether a vertex must be traced (again) where its neighbours see more or less of a light: what it knows was
+/// inferred, or comes from too few points to tell a penumbra.
 #[must_use]
 pub fn is_unconfirmed(light: LightGroup<'_>, known: Visibility) -> bool {
     match known.origin {

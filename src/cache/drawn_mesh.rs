@@ -13,8 +13,8 @@ pub struct DrawnTriangle {
     pub face: FaceId,
     /// Splits above its node.
     pub level: u8,
-    /// The vertex whose value it shows all over instead of interpolating, if it shows in one pixel only and that has been
-    /// sampled.
+    /// The vertex whose value it shows all over instead of interpolating, if it shows in one pixel only and that has
+    /// been sampled.
     pub flat: Option<SlotId>,
 }
 
@@ -70,8 +70,8 @@ impl DrawnMesh {
         id
     }
 
-    /// Takes the triangles of a node out of use. Their indices must not be recycled before the GPU has drawn what replaces
-    /// them: the caller gives them back with [`Pool::remove`] then.
+    /// Takes the triangles of a node out of use. Their indices must not be recycled before the GPU has drawn what
+    /// replaces them: the caller gives them back with [`Pool::remove`] then.
     pub fn retire(&mut self, node: NodeId) -> Vec<DrawnId> {
         let old = std::mem::take(&mut self.of_node[node]);
         old.iter().for_each(|&id| self.unlink(id));

@@ -1,5 +1,5 @@
-//! Noise of indirect light between vertices: what a vertex shows is its own sample combined with what its
-//! neighbours predict, each by what it is worth. The sample's share tends to 1 as its rays grow in number, so that nothing is
+//! Noise of indirect light between vertices: what a vertex shows is its own sample combined with what its neighbours
+//! predict, each by what it is worth. The sample's share tends to 1 as its rays grow in number, so that nothing is
 //! smoothed away in the limit.
 
 use super::ids::{NodeId, SlotId};
@@ -24,9 +24,9 @@ type Neighbours = SmallVec<[SlotId; 12]>;
 #[derive(Clone, Copy, Debug)]
 struct Estimate {
     light: SlotLight,
-    /// Variance by noise.
+    /// Variance by noise, (W·sr⁻¹·m⁻²)².
     noise: f32,
-    /// Expected square error beyond noise.
+    /// Expected square error beyond noise, (W·sr⁻¹·m⁻²)².
     error: f32,
 }
 
@@ -42,7 +42,8 @@ impl Cache {
         combine(own, Estimate { light: predicted, noise: predicted.variance, error })
     }
 
-    /// A base vertex's light from its own rays and from what coarser ones around it predict, or those of its neighbours.
+    /// A base vertex's light from its own rays and from what coarser ones around it predict, or those of its
+    /// neighbours.
     pub(super) fn filtered(&self, slot: SlotId, own: SlotLight, eye: Eye<'_>) -> SlotLight {
         // The coarsest have only some of those around them to go by.
         let between = self.slots[slot].between.as_ref().filter(|_| self.slots[slot].rank > 0);
@@ -100,7 +101,7 @@ impl Cache {
         found
     }
 
-    /// Variance of a slot's own D by what it and those around it have seen.
+    /// Variance of a slot's own D by what it and those around it have seen, (W·sr⁻¹·m⁻²)².
     pub fn likely_variance(&self, slot: SlotId) -> f32 {
         match &self.slots[slot].between {
             Some(between) => self.pooled_variance(slot, between.of.iter().map(|(other, _)| *other)),
@@ -108,8 +109,8 @@ impl Cache {
         }
     }
 
-    /// Variance of a slot's own D, pooled with others': by itself it is small where the sample is low, which would make low
-    /// samples count for more than high ones.
+    /// Variance of a slot's own D, pooled with others': by itself it is small where the sample is low, which would
+    /// make low samples count for more than high ones.
     fn pooled_variance(&self, slot: SlotId, others: impl Iterator<Item = SlotId>) -> f32 {
         let own = self.indirect.sum(slot);
         let per_ray = |sum: &LightVector| sum.independent_variance() * sum.samples() as f32;

@@ -1,8 +1,9 @@
-//! Gathering indirect light at vertices (method 6): rays over the hemisphere, direct light at their hits by a shadow ray,
-//! indirect light there by going on with the path, or both from the grid where paths have told enough.
+//! Gathering indirect light at vertices (docs/method/indirect-light.md): rays over the hemisphere, direct light at
+//! their hits by a shadow ray, indirect light there by going on with the path, or both from the grid where paths have
+//! told enough.
 //!
-//! Rounds continue one low-discrepancy sequence a vertex, so they add up and each is unbiased but for what the grid gets
-//! wrong at hits. (The adaptive methods, there to be compared, are biased round by round.)
+//! Rounds continue one low-discrepancy sequence a vertex, so they add up and each is unbiased but for what the grid
+//! gets wrong at hits. (The adaptive methods, there to be compared, are biased round by round.)
 
 use super::ids::{SlotId, VertexId};
 use super::indirect_layer::Round;
@@ -29,8 +30,8 @@ pub struct GatherJob {
     pub first: u32,
     /// Number of rays.
     pub rays: u32,
-    /// How directions are chosen. Any part of a round of [`Method::Stratified`] is a job; those of the others, which choose
-    /// directions by what they have seen, are jobs as a whole.
+    /// How directions are chosen. Any part of a round of [`Method::Stratified`] is a job; those of the others, which
+    /// choose directions by what they have seen, are jobs as a whole.
     pub method: Method,
 }
 
@@ -100,8 +101,8 @@ struct Bounce {
 const FIRST_HIT_READS: u32 = 4096;
 const SECOND_HIT_READS: u32 = 32768;
 
-/// Hits of a ray that go on without the grid. What it gets wrong does not fall with the number of rays: later rounds read it
-/// one or two bounces further on, where each albedo between makes it count for less.
+/// Hits of a ray that go on without the grid. What it gets wrong does not fall with the number of rays: later rounds
+/// read it one or two bounces further on, where each albedo between makes it count for less.
 const fn unread_hits(index: u32) -> u32 {
     if index < FIRST_HIT_READS {
         0
@@ -122,8 +123,8 @@ const BOUNCES_A_SEQUENCE: u32 = 30;
 const TEACHING: u32 = 1 << 31;
 
 impl Path<'_> {
-    /// Light that arrives along `ray` but for what lights send directly; what leaves the hits of a path that rests on nothing but
-    /// itself goes to `deposits`.
+    /// Light that arrives along `ray` but for what lights send directly; what leaves the hits of a path that rests on
+    /// nothing but itself goes to `deposits`.
     fn radiance(&self, ray: Ray, rays: &mut u64, deposits: &mut Vec<Deposit>) -> Vec3 {
         let mut bounces = SmallVec::new();
         let end = self.walk(ray, rays, &mut bounces);
@@ -140,9 +141,10 @@ impl Path<'_> {
 
     /// Follows a path until it is absorbed, or the grid knows what leaves a hit; returns that.
     ///
-    /// One that is to teach the grid goes on all the same, and so does one that came to a place which the grid does not know: it
-    /// teaches from there on. Its vertex takes the first word that the grid has, its lessons rest on none: else the errors of cells
-    /// would go round. (Hits before teach nothing: to take only paths that came to unknown places would be a choice of directions.)
+    /// One that is to teach the grid goes on all the same, and so does one that came to a place which the grid does
+    /// not know: it teaches from there on. Its vertex takes the first word that the grid has, its lessons rest on
+    /// none: else the errors of cells would go round. (Hits before teach nothing: to take only paths that came to
+    /// unknown places would be a choice of directions.)
     fn walk(&self, mut ray: Ray, rays: &mut u64, bounces: &mut SmallVec<[Bounce; 8]>) -> Vec3 {
         let scene = self.context.scene;
         let [chance, _] = self.sequence.independent(TEACHING | self.index);

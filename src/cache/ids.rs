@@ -1,4 +1,5 @@
-//! Typed indices of the cache's arenas: recyclable, so that they name nothing beyond a run (the permanent name of a vertex is its key).
+//! Typed indices of the cache's arenas: recyclable, so that they name nothing beyond a run (the permanent name of a
+//! vertex is its key).
 
 /// An index of an arena or a table.
 pub trait Id: Copy + Eq {

@@ -1,4 +1,5 @@
-//! Indirect light shown at slots: what they have gathered, what those around them predict, or both by what they are worth.
+//! Indirect light shown at slots: what they have gathered, what those around them predict, or both by what they are
+//! worth.
 
 use super::ids::SlotId;
 use super::pool::Table;
@@ -19,15 +20,15 @@ pub type SpecularTable = Table<SlotId, Specular>;
 const STALE_ERROR: f32 = 0.25;
 
 impl Cache {
-    /// Takes in that the lights have changed: what was gathered is scaled, brought back or set aside. The slots' values are
-    /// to be refreshed.
+    /// Takes in that the lights have changed: what was gathered is scaled, brought back or set aside. The slots'
+    /// values are to be refreshed.
     pub fn relight_indirect(&mut self, before: Lighting, now: &Lighting) {
         self.radiance.relight(before.common_ratio(now));
         self.indirect.previous.relight(&mut self.indirect.gathers, before, now);
     }
 
-    /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was written,
-    /// in ascending order.
+    /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was
+    /// written, in ascending order.
     pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3, specular: &mut SpecularTable) -> Vec<SlotId> {
         let mut due = slots.to_vec();
         if self.indirect.filter {
@@ -50,8 +51,8 @@ impl Cache {
         self.refresh(&waiting, (eye, specular), true)
     }
 
-    /// Evaluates slots and those that they predict, each after those that predict it; predictions of base slots are only noted
-    /// unless they are wanted, too.
+    /// Evaluates slots and those that they predict, each after those that predict it; predictions of base slots are
+    /// only noted unless they are wanted, too.
     fn refresh(
         &mut self,
         slots: &[SlotId],

@@ -61,13 +61,13 @@ impl IndirectLayer {
         self.previous.forget(vertex, slot);
     }
 
-    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, or a vertex inside a leaf from what
-    /// its corners do, luminance².
+    /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, or a vertex inside a
+    /// leaf from what its corners do: square of a luminance, (W·sr⁻¹·m⁻²)².
     pub fn note_expected(&mut self, vertex: VertexId, square: f32) {
         *self.gathers.expected.entry(vertex) = square;
     }
 
-    /// How far a midpoint is expected to deviate, luminance².
+    /// How far a midpoint is expected to deviate: square of a luminance, (W·sr⁻¹·m⁻²)².
     #[must_use]
     pub fn expected(&self, vertex: VertexId) -> f32 {
         self.gathers.expected.get(vertex)

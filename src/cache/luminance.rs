@@ -19,9 +19,9 @@ use std::f32::consts::PI;
 /// Diffuse luminance of a slot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Diffuse {
-    /// D = Σ E/π over all lights, as far as known (method 2).
+    /// D = Σ E/π over all lights, W·sr⁻¹·m⁻², as far as known (docs/method/what-a-pixel-shows.md).
     pub value: Vec3,
-    /// Variance of its luminance, from penumbrae and from lights that are not traced yet.
+    /// Variance of its luminance, (W·sr⁻¹·m⁻²)², from penumbrae and from lights that are not traced yet.
     pub variance: f32,
 }
 
@@ -40,7 +40,7 @@ const SAMPLED: f32 = 0.1;
 pub struct Shown {
     /// Diffuse luminance.
     pub diffuse: Diffuse,
-    /// Specular luminance S (method 2).
+    /// Specular luminance S, W·sr⁻¹·m⁻² (docs/method/what-a-pixel-shows.md).
     pub specular: Vec3,
     /// What its vertex leaves to trace.
     pub left: Left,
@@ -49,8 +49,9 @@ pub struct Shown {
 /// Luminance of a highlight against its light's diffuse one up to which it has the light's mean colour.
 const COLOURLESS: f32 = 1e-3;
 
-/// Luminance of a slot seen from `eye`, over all lights. Highlights are exact for delta lights; for area lights they are the
-/// unoccluded ones times the visibility of the remembered points, weighted by the lobe (method 2).
+/// Luminance of a slot seen from `eye`, over all lights. Highlights are exact for delta lights; for area lights they
+/// are the unoccluded ones times the visibility of the remembered points, weighted by the lobe
+/// (docs/method/what-a-pixel-shows.md).
 #[must_use]
 pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown {
     let record = &cache.slots[slot];
@@ -107,7 +108,7 @@ impl Cache {
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     irradiance: Vec3,
-    /// Irradiance without occlusion.
+    /// Irradiance without occlusion, W·m⁻².
     unoccluded: Vec3,
     specular: Vec3,
 }
@@ -150,7 +151,8 @@ fn spread(emitter: LightGroup<'_>, visibility: Visibility, gain: impl Fn(u32) ->
     spread
 }
 
-/// Variance of the visible fraction of a group. Where each member has had its turns, only what differs from turn to turn is noise.
+/// Variance of the visible fraction of a group. Where each member has had its turns, only what differs from turn to
+/// turn is noise.
 fn group_variance(group: LightGroup<'_>, visibility: Visibility, gain: impl Fn(u32) -> f32) -> f32 {
     let (count, points) = (group.count(), visibility.points);
     if group.all_points().is_some_and(|all| points >= all) {
@@ -270,8 +272,8 @@ impl LitSlot<'_> {
         Part { irradiance: unoccluded, unoccluded, specular }
     }
 
-    /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible fraction, or
-    /// the mean of the samples where there is no closed form.
+    /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible
+    /// fraction, or the mean of the samples where there is no closed form.
     fn irradiance(&self, appearance: &Appearance<'_>, samples: Samples) -> (Vec3, Vec3) {
         let Samples { visibility, sum, .. } = samples;
         let fraction = visibility.fraction();
@@ -290,7 +292,8 @@ impl LitSlot<'_> {
         appearance.specular(self.context.scene, &self.receiver, floor)
     }
 
-    /// Visible share of a highlight: the remembered points weighted by what each adds to it, the plain fraction where none does.
+    /// Visible share of a highlight: the remembered points weighted by what each adds to it, the plain fraction where
+    /// none does.
     fn lobe_visibility(&self, Samples { light, visibility, .. }: Samples) -> f32 {
         let fraction = visibility.fraction();
         if visibility.points == 0 || fraction == 1.0 {

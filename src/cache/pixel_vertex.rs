@@ -1,8 +1,8 @@
 //! Vertices inside leaves: one at the very point of a leaf that its one pixel shows.
 //!
-//! Between the corners of a leaf as small as a pixel a shadow's edge can be anywhere, and splitting would go on below the
-//! size of the pixel. A vertex where the pixel's centre sees the leaf settles it instead: the pixel shows exactly what is
-//! sampled there.
+//! Between the corners of a leaf as small as a pixel a shadow's edge can be anywhere, and splitting would go on below
+//! the size of the pixel. A vertex where the pixel's centre sees the leaf settles it instead: the pixel shows exactly
+//! what is sampled there.
 
 use super::ids::{NodeId, SlotId, VertexId};
 use super::pixels::weights_on_ray;
@@ -24,8 +24,8 @@ pub struct Placed {
 const SAME_PLACE: f32 = 1e-3;
 
 impl Cache {
-    /// Puts a leaf's pixel vertex where the ray from `eye` in the given direction, of any length, passes through it. The leaf
-    /// has to be drawn anew. `None` if the leaf is seen so much edge-on that the ray has no place on it.
+    /// Puts a leaf's pixel vertex where the ray from `eye` in the given direction, of any length, passes through it.
+    /// The leaf has to be drawn anew. `None` if the leaf is seen so much edge-on that the ray has no place on it.
     pub fn place_pixel_vertex(&mut self, id: NodeId, eye: Vec3, direction: Vec3) -> Option<Placed> {
         let weights = weights_on_ray(self.corner_positions(id), eye, direction)?;
         let corners = self.topology.nodes[id].corners;

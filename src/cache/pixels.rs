@@ -64,8 +64,8 @@ pub fn weights_inside(corners: [Vec3; 3], eye: Vec3, ray: Vec3) -> Option<[f32; 
     weights.iter().all(|weight| *weight >= 0.0).then(|| weights.map(|weight| weight as f32))
 }
 
-/// Barycentric weights of the point of a triangle that a ray passes through, those of the nearest point of the triangle if
-/// it just misses.
+/// Barycentric weights of the point of a triangle that a ray passes through, those of the nearest point of the
+/// triangle if it just misses.
 #[must_use]
 pub fn weights_on_ray(corners: [Vec3; 3], eye: Vec3, direction: Vec3) -> Option<[f32; 3]> {
     let volumes = volumes(corners, eye, direction);
@@ -75,8 +75,9 @@ pub fn weights_on_ray(corners: [Vec3; 3], eye: Vec3, direction: Vec3) -> Option<
     (total.is_finite() && total > 0.0).then(|| inside.map(|v| (v / total) as f32))
 }
 
-/// Volumes that a ray spans with the edges of a triangle, each opposite to a corner: in proportion to the barycentric weights of
-/// the point where it passes through the plane, exact enough for slivers, and free of the plane's distance.
+/// Volumes that a ray spans with the edges of a triangle, each opposite to a corner: in proportion to the barycentric
+/// weights of the point where it passes through the plane, exact enough for slivers, and free of the plane's
+/// distance.
 fn volumes(corners: [Vec3; 3], eye: Vec3, direction: Vec3) -> [f64; 3] {
     let [a, b, c] = corners.map(|p| p.as_dvec3() - eye.as_dvec3());
     let volume = |p: DVec3, q: DVec3| direction.as_dvec3().dot(p.cross(q));

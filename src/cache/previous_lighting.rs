@@ -1,5 +1,5 @@
-//! Indirect light gathered before the lights changed: shown until new rounds take its place, and taken up again when the
-//! lights go back to what they were (method 6: light is linear in what the sources emit).
+//! Indirect light gathered before the lights changed: shown until new rounds take its place, and taken up again when
+//! the lights go back to what they were (light is linear in what the sources emit).
 
 use super::ids::{SlotId, VertexId};
 use super::pool::Sparse;
@@ -14,7 +14,8 @@ pub struct Gathers {
     pub rays: Sparse<VertexId, u32>,
     /// Sums over those rays, by slot.
     pub sums: Sparse<SlotId, LightVector>,
-    /// By midpoint: expected square deviation of D from what its edge's ends predict, luminance²; 0 where nothing is known.
+    /// By midpoint: expected square deviation of D from what its edge's ends predict, (W·sr⁻¹·m⁻²)²; 0 where nothing is
+    /// known.
     pub expected: Sparse<VertexId, f32>,
 }
 
@@ -29,14 +30,14 @@ pub struct PreviousLighting {
     power: Vec3,
 }
 
-/// The part of the rays of the lighting before that a first round takes, and the bounds of such a round: enough that new
-/// values do not look worse than the old ones did.
+/// The part of the rays of the lighting before that a first round takes, and the bounds of such a round: enough that
+/// new values do not look worse than the old ones did.
 const FIRST_SHARE: u32 = 4;
 const MOST_FIRST_RAYS: u32 = 64;
 
 impl PreviousLighting {
-    /// Replaces what `gathered` holds for lights that were `before` by what is known for lights that are `now`: the same,
-    /// scaled, if all lights change alike; what was gathered when they last were so; else nothing.
+    /// Replaces what `gathered` holds for lights that were `before` by what is known for lights that are `now`: the
+    /// same, scaled, if all lights change alike; what was gathered when they last were so; else nothing.
     pub fn relight(&mut self, gathered: &mut Gathers, before: Lighting, now: &Lighting) {
         self.power = now.power;
         let squared = before.brightening(now).powi(2);
@@ -70,7 +71,8 @@ impl PreviousLighting {
         });
     }
 
-    /// What a slot gathered under other lights, times how much more the lights emit now; `None` if it never gathered any.
+    /// What a slot gathered under other lights, times how much more the lights emit now; `None` if it never gathered
+    /// any.
     #[must_use]
     pub fn guess(&self, slot: SlotId) -> Option<LightVector> {
         let sampled = |sum: &LightVector| sum.samples() > 0;

@@ -1,8 +1,9 @@
-//! Light that leaves surfaces where gather rays hit them, averaged by the cells of a grid over the scene (method 6): what one
-//! path has found serves all rays that come near, whether a camera sees the place or not. After the hash grids of \[BFK18\].
+//! Light that leaves surfaces where gather rays hit them, averaged by the cells of a grid over the scene
+//! (docs/method/indirect-light.md): what one path has found serves all rays that come near, whether a camera sees the
+//! place or not. After the hash grids of \[BFK18\].
 //!
-//! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes within
-//! a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
+//! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes
+//! within a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
 
 use crate::math::nearest_axis;
 use glam::Vec3;
@@ -11,8 +12,8 @@ use std::f32::consts::PI;
 
 /// Greatest edge of the coarsest cell that a ray reads, against the ray's length.
 const SHARE: f32 = 0.5;
-/// Level of the smallest of those: 1/256 of the scene's diagonal. Rays that are shorter than a cell do not read it: in a recess it
-/// may hold what is outside.
+/// Level of the smallest of those: 1/256 of the scene's diagonal. Rays that are shorter than a cell do not read it:
+/// in a recess it may hold what is outside.
 const FINEST: f32 = 8.0;
 /// Levels that a ray reads, each of half the edge of the one before, the finest that knows enough.
 const DEPTH: u8 = 3;
@@ -26,7 +27,8 @@ const COARSE_FOR: u32 = 512;
 const MOST_CELLS: usize = 1 << 21;
 /// Bits of a packed coordinate.
 const BITS: u32 = 16;
-/// How far the grid begins before the scene's bounds, in diagonals: walls in planes of the grid would fall into two cells by rounding.
+/// How far the grid begins before the scene's bounds, in diagonals: walls in planes of the grid would fall into two
+/// cells by rounding.
 const MARGIN: Vec3 = Vec3::new(0.0137, 0.0171, 0.0193);
 
 /// Means of the radiance that leaves surfaces, by place and side.
@@ -75,8 +77,8 @@ impl RadianceGrid {
         Self { origin: low - MARGIN * diagonal, diagonal, ..Self::default() }
     }
 
-    /// The cells of a hit at `position`, on the side of its surface that `facing` points to (of any length), by a ray of length
-    /// `distance`.
+    /// The cells of a hit at `position`, on the side of its surface that `facing` points to (of any length), by a ray
+    /// of length `distance`.
     #[must_use]
     pub fn key(&self, position: Vec3, facing: Vec3, distance: f32) -> CellKey {
         let wanted = SHARE * distance / self.diagonal;
@@ -89,8 +91,8 @@ impl RadianceGrid {
         self.diagonal / (1_u32 << level) as f32
     }
 
-    /// Radiance that leaves a hit's surroundings, if enough paths ended there for a ray of length `distance`, one of `own` rays of
-    /// its vertex.
+    /// Radiance that leaves a hit's surroundings, if enough paths ended there for a ray of length `distance`, one of
+    /// `own` rays of its vertex.
     #[must_use]
     pub fn read(&self, key: CellKey, distance: f32, own: u32) -> Option<Vec3> {
         let levels = if own < COARSE_FOR { DEPTH } else { 1 };

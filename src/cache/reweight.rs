@@ -1,8 +1,8 @@
 //! Groups whose lights have changed against each other: what was sampled of them is weighed anew.
 //!
-//! Which points are visible does not depend on what lights emit, but sums over points of several lights do. Where all points are
-//! remembered, the sums are made again without a ray. Where there were more, only that all or none were visible still says
-//! something; other fractions become guesses, which are traced again when that is what costs most.
+//! Which points are visible does not depend on what lights emit, but sums over points of several lights do. Where all
+//! points are remembered, the sums are made again without a ray. Where there were more, only that all or none were
+//! visible still says something; other fractions become guesses, which are traced again when that is what costs most.
 
 use super::direct::weigh;
 use super::ids::{SlotId, VertexId};

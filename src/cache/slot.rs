@@ -5,9 +5,9 @@ use super::pool::Table;
 use glam::Vec3;
 use smallvec::SmallVec;
 
-/// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows what
-/// they know; beside a valid vertex it does not count.
-/// The luminance pass relies on it (`LEAST_WEIGHT`): larger than what extrapolation by a raster step can make of 0.
+/// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows
+/// what they know; beside a valid vertex it does not count. The luminance pass relies on it (`LEAST_WEIGHT`): larger
+/// than what extrapolation by a raster step can make of 0.
 pub const COVERED_WEIGHT: f32 = 4e-3;
 
 /// One shading normal (and exponent) of a vertex, with the luminance known there in any view.
@@ -44,8 +44,8 @@ pub const INSIDE: u8 = u8::MAX;
 /// Rank of base vertices that are not in the order yet.
 const UNPLACED: u8 = u8::MAX - 1;
 
-/// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, the corners of the
-/// leaf that it lies inside, or coarser base vertices around a base vertex.
+/// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, the corners of
+/// the leaf that it lies inside, or coarser base vertices around a base vertex.
 #[derive(Clone, Debug)]
 pub struct Between {
     /// The slots with their weights, of sum 1.
@@ -70,7 +70,8 @@ pub struct Luminance {
     pub variance: f32,
     /// Whether there is a value at all.
     pub known: bool,
-    /// Whether it is a guess, from before the lights changed or from coarser vertices: to be shown, but not to be computed with.
+    /// Whether it is a guess, from before the lights changed or from coarser vertices: to be shown, but not to be
+    /// computed with.
     pub stale: bool,
     /// Whether it is what coarser base vertices predict.
     pub coarse: bool,

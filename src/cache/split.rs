@@ -1,5 +1,5 @@
-//! What is added to the cache as the view asks for it: roots of faces with their base vertices, midpoints of splits, and the
-//! triangles that leaves are drawn as.
+//! What is added to the cache as the view asks for it: roots of faces with their base vertices, midpoints of splits,
+//! and the triangles that leaves are drawn as.
 
 use super::drawn_mesh::DrawnTriangle;
 use super::ids::{DrawnId, NodeId, SlotId, VertexId};
@@ -119,8 +119,8 @@ impl Cache {
         Look { normal: sum.normalize_or(a.normal), shininess: a.shininess, mirror: a.mirror }
     }
 
-    /// Draws a leaf through the midpoints on its edges, so that no crack or kink shows (conforming triangulation). Each triangle
-    /// shows the value of `flat` all over if that is given.
+    /// Draws a leaf through the midpoints on its edges, so that no crack or kink shows (conforming triangulation).
+    /// Each triangle shows the value of `flat` all over if that is given.
     pub fn draw(&mut self, id: NodeId, flat: Option<SlotId>) -> Vec<DrawnId> {
         let (face, level) = (self.topology.nodes[id].face, self.topology.nodes[id].level);
         let triangles = self.triangulate(id);

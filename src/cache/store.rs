@@ -1,8 +1,8 @@
 //! The cache as a whole: what is true of the light in a scene whatever is looked at.
 //!
-//! Sample points and their slots, the hierarchy and the triangles that its leaves are drawn as, a layer of samples for each
-//! light group and one for indirect light, the radiance grid, and the priors of visibility. What a view needs beyond that
-//! stands in `refine`.
+//! Sample points and their slots, the hierarchy and the triangles that its leaves are drawn as, a layer of samples
+//! for each light group and one for indirect light, the radiance grid, and the priors of visibility. What a view
+//! needs beyond that stands in `refine`.
 
 use super::coarse_grids::CoarseGrids;
 use super::drawn_mesh::DrawnMesh;

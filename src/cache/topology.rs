@@ -1,8 +1,8 @@
-//! The hierarchy shared by all layers: each face is the root of a tree, a node splits into four by its edges' midpoints,
-//! always the same way, so that neighbours share vertices (method 3).
+//! The hierarchy shared by all layers: each face is the root of a tree, a node splits into four by its edges'
+//! midpoints, always the same way, so that neighbours share vertices (docs/method/hierarchy-and-vertices.md).
 //!
-//! Leaves on both sides of an edge stay within one level of each other: a leaf's edge has at most one midpoint that finer
-//! neighbours use, and is drawn through it.
+//! Leaves on both sides of an edge stay within one level of each other: a leaf's edge has at most one midpoint that
+//! finer neighbours use, and is drawn through it.
 
 use super::ids::{EdgeId, NodeId, SlotId, VertexId};
 use super::pool::Pool;
@@ -59,9 +59,9 @@ impl Children {
 /// What is known of the error of interpolating direct light over a node: it holds in any view.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DirectError {
-    /// Expected square error, luminance², from the surplus at the midpoints of its parent's edges.
+    /// Expected square error, (W·sr⁻¹·m⁻²)², from the surplus at the midpoints of its parent's edges.
     pub surplus: f32,
-    /// Luminance of D inside it that rays found other than its corners say; `None` while none were traced.
+    /// Luminance of D inside it, W·sr⁻¹·m⁻², that rays found other than its corners say; `None` while none were traced.
     pub mismatch: Option<f32>,
     /// Share of its area that the mismatch stands for.
     pub mismatch_share: f32,
@@ -72,8 +72,8 @@ pub struct DirectError {
 pub struct IndirectError {
     /// Whether indirect light is sampled at the midpoints of its edges.
     pub split: bool,
-    /// Expected square error of interpolating indirect D over it, luminance², as far as noise does not explain it; infinite
-    /// while nothing tells.
+    /// Expected square error of interpolating indirect D over it, (W·sr⁻¹·m⁻²)², as far as noise does not explain it;
+    /// infinite while nothing tells.
     pub surplus: f32,
     /// What it may be at most, noise included; infinite while nothing tells.
     pub doubt: f32,

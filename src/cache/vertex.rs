@@ -12,8 +12,8 @@ use glam::Vec3;
 /// its normals.
 #[derive(Clone, Debug)]
 pub struct Vertex {
-    /// Permanent geometric key (method 3): object, base vertex or edge and dyadic position, side, normal group. Seeds
-    /// the random numbers.
+    /// Permanent geometric key (docs/method/hierarchy-and-vertices.md): object, base vertex or edge and dyadic
+    /// position, side, normal group. Seeds the random numbers.
     pub key: u64,
     /// Position on the surface, where light is evaluated.
     pub position: Vec3,
@@ -59,8 +59,8 @@ pub struct Left {
 
 /// Cosine of the angle up to which normals count as one.
 const FLAT: f32 = 1.0 - 1e-6;
-/// Largest step against the lift where facets are not all alike: they tilt by up to about 60° against the mean normal, and
-/// the step must not take the rays' origin behind any of them.
+/// Largest step against the lift where facets are not all alike: they tilt by up to about 60° against the mean
+/// normal, and the step must not take the rays' origin behind any of them.
 const TILTED_STEP: f32 = 0.4;
 
 /// What steps at a position are measured by.
@@ -74,8 +74,9 @@ fn above_facets(step: f32, lift: f32, flat: bool) -> f32 {
 }
 
 impl Vertex {
-    /// A base vertex. Its rays start off the surface and a little towards the inside of its facets, so that a vertex on
-    /// the edge of a wall sees what its surface sees and not the wall it touches (method 3, validity).
+    /// A base vertex. Its rays start off the surface and a little towards the inside of its facets, so that a vertex
+    /// on the edge of a wall sees what its surface sees and not the wall it touches
+    /// (docs/method/hierarchy-and-vertices.md).
     #[must_use]
     pub fn base(scene: &Scene, name: VertexName, group: &Group, scale: f32) -> Self {
         let position = scene.positions[name.position as usize];
@@ -109,8 +110,8 @@ impl Vertex {
         Self { position, normal, inward, lift, flat, ..Self::unsampled(key) }
     }
 
-    /// A vertex inside a triangle whose corners are given, at the point of the given barycentric weights. Rays start straight
-    /// above it.
+    /// A vertex inside a triangle whose corners are given, at the point of the given barycentric weights. Rays start
+    /// straight above it.
     #[must_use]
     pub fn inside(corners: [&Self; 3], weights: [f32; 3], scale: f32) -> Self {
         let [a, b, c] = corners.map(|corner| corner.position);

@@ -1,8 +1,8 @@
-//! How likely a place sees a light, by what was found around it: what an untraced light is taken to send, and which lights
-//! are worth a ray (method 6, many lights).
+//! How likely a place sees a light, by what was found around it: what an untraced light is taken to send, and which
+//! lights are worth a ray (docs/method/direct-light.md).
 //!
-//! Most of a hundred lamps hang behind something. Where twenty vertices found a lamp hidden, the next need not ask. Counts by
-//! cell, side and light give the odds, those of a larger cell as the prior of the smaller one's.
+//! Most of a hundred lamps hang behind something. Where twenty vertices found a lamp hidden, the next need not ask.
+//! Counts by cell, side and light give the odds, those of a larger cell as the prior of the smaller one's.
 
 use super::vertex::Vertex;
 use crate::math::nearest_axis;

@@ -1,7 +1,7 @@
 //! What a leaf's corners do not say: one ray a light from its middle, or from where a pixel sees it.
 //!
-//! Corners may all lie in or under other geometry while the leaf between them is lit, and a shadow or a shaft of light may
-//! pass between them.
+//! Corners may all lie in or under other geometry while the leaf between them is lit, and a shadow or a shaft of
+//! light may pass between them.
 
 use super::ids::{NodeId, VertexId};
 use super::store::Cache;
@@ -14,13 +14,14 @@ use std::f32::consts::PI;
 const WEAK: f32 = 0.03;
 /// Cosine between a facet and a light below which the facet's own body hides it, whatever the shading normals say.
 const GRAZING: f32 = 0.05;
-/// Points of an area light, or a group of them, that tell how much of it is visible where the first says otherwise than the corners do.
+/// Points of an area light, or a group of them, that tell how much of it is visible where the first says otherwise
+/// than the corners do.
 const POINTS: u32 = 16;
 
 /// What rays from between the corners of a leaf found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Mismatch {
-    /// Luminance of D by which the lights found otherwise than all corners say differ from that.
+    /// Luminance of D, W·sr⁻¹·m⁻², by which the lights found otherwise than all corners say differ from that.
     pub luminance: f32,
     /// Whether there are lights of which the corners do not say the same: nothing was traced for them.
     pub open: bool,
@@ -28,8 +29,8 @@ pub struct Mismatch {
     pub more: bool,
 }
 
-/// Asks by a ray to each light whether it is at a point of a leaf, given by barycentric weights, as all corners of the leaf
-/// say; of an area light or a group, by its `turn`-th point.
+/// Asks by a ray to each light whether it is at a point of a leaf, given by barycentric weights, as all corners of
+/// the leaf say; of an area light or a group, by its `turn`-th point.
 #[must_use]
 pub fn mismatch(
     context: &SceneContext<'_>,

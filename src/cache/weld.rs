@@ -1,4 +1,4 @@
-//! Which facets share a base vertex: welding by position bits and normal group (method 3).
+//! Which facets share a base vertex: welding by position bits and normal group (docs/method/hierarchy-and-vertices.md).
 
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;

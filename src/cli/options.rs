@@ -11,7 +11,6 @@ impl RenderArgs {
     /// The options of the run, but for how its images are displayed, which the scene has a say in.
     #[must_use]
     pub fn options(&self) -> Options {
-        let budget = self.budget.limits();
         Options {
             size: self.scene.size,
             display: None,
@@ -26,9 +25,15 @@ impl RenderArgs {
             pixel_counts: self.pixel_counts,
             refresh: self.refresh,
             redraws: self.output.aa,
-            // Each picture of a path gets its own.
-            budget: if self.camera_path.is_some() { budget } else { budget.or_default_error() },
+            budget: self.limits(),
         }
+    }
+
+    /// The limits of the run, with the preset's error where there are none; frames are none for a picture of a path.
+    fn limits(&self) -> Budget {
+        let BudgetArgs { time, frames, rays, error } = self.budget;
+        let of_picture = Budget { time, frames: frames.filter(|_| self.camera_path.is_none()), rays, error };
+        Budget { frames, ..of_picture.or_error(self.refinement.quality.error()) }
     }
 }
 
@@ -69,15 +74,6 @@ impl CompareArgs {
             budget: Budget::default(),
             ..Options::default()
         }
-    }
-}
-
-impl BudgetArgs {
-    /// The limits as they were typed.
-    #[must_use]
-    pub const fn limits(&self) -> Budget {
-        let Self { time, frames, rays, error } = *self;
-        Budget { time, frames, rays, error }
     }
 }
 

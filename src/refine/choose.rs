@@ -32,7 +32,7 @@ impl Engine {
             let Some((task, queued)) = self.scheduler.pop() else { break };
             let Some(key) = self.current_key(task) else { continue };
             if key < queued * STALE {
-                self.scheduler.push(task, key);
+                self.scheduler.offer(task, key);
             } else {
                 self.take(task, &mut work);
             }
@@ -88,8 +88,8 @@ impl Engine {
         }
     }
 
-    /// The job of a task. What else is queued for its vertex is void now: a vertex may be queued twice with the samples it
-    /// has, and the same points traced twice in a batch would count twice.
+    /// The job of a task. What else is queued for its vertex is void now: a vertex may be queued twice with the
+    /// samples it has, and the same points traced twice in a batch would count twice.
     fn visit(&mut self, vertex: VertexId, wanted: Wanted) -> Job {
         self.scheduler.void_direct(vertex);
         Job { vertex, wanted }

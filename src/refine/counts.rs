@@ -27,7 +27,8 @@ impl NodePixels {
 }
 
 impl Engine {
-    /// Takes in what the GPU has drawn: triangles that it has replaced can be recycled, counted pixels steer refinement.
+    /// Takes in what the GPU has drawn: triangles that it has replaced can be recycled, counted pixels steer
+    /// refinement.
     pub fn counted(&mut self, counted: &Counted) {
         self.publisher.recycle(&mut self.cache, counted.sequence);
         // Pixels of another camera say nothing.

@@ -1,4 +1,5 @@
-//! Direct light in a batch: the hierarchy grows, lights are traced, and what was inferred is traced where it is contradicted.
+//! Direct light in a batch: the hierarchy grows, lights are traced, and what was inferred is traced where it is
+//! contradicted.
 
 use super::engine::Engine;
 use super::scheduler::Task;
@@ -54,7 +55,7 @@ impl Engine {
     fn place_pixel_vertex(&mut self, id: NodeId, grown: &mut Grown) {
         let Some(ray) = self.view.leaves[id].ray.filter(|_| self.cache.topology.is_leaf(id)) else { return };
         let Some(placed) = self.cache.place_pixel_vertex(id, self.view.eye, ray) else { return };
-        self.view.leaves[id].sampled = self.view.generation;
+        self.view.leaves[id].sampled = true;
         let vertex = self.cache.slots[placed.slot].vertex;
         if placed.kept {
             grown.kept.extend(self.cache.slots_of(vertex));
@@ -118,8 +119,8 @@ impl Engine {
         }
     }
 
-    /// Traces what was inferred where a neighbour in a new leaf says otherwise: a light's layer may only stay coarse where
-    /// it shows no discontinuity. Adds the slots of what was traced.
+    /// Traces what was inferred where a neighbour in a new leaf says otherwise: a light's layer may only stay coarse
+    /// where it shows no discontinuity. Adds the slots of what was traced.
     fn confirm(&mut self, splits: &[SplitLeaf], slots: &mut Vec<SlotId>) {
         // Not found by their triangles: new leaves are not drawn yet, nor their neighbours with the new midpoints.
         let topology = &self.cache.topology;

@@ -1,5 +1,5 @@
-//! Vertices inside something: none of their rays found any light, no light reaches them, and neighbours do see light. Where a
-//! surface runs into a wall its light must not fade towards what is behind.
+//! Vertices inside something: none of their rays found any light, no light reaches them, and neighbours do see light.
+//! Where a surface runs into a wall its light must not fade towards what is behind.
 
 use super::engine::Engine;
 use super::indirect_error::PROOF_OF_DARKNESS;
@@ -12,8 +12,8 @@ use smallvec::SmallVec;
 const FAINT: f32 = 0.02;
 
 impl Engine {
-    /// Finds vertices inside something: none of their rays found any light, no light reaches them, and neighbours do see
-    /// light. Where a surface runs into a wall its light must not fade towards what is behind.
+    /// Finds vertices inside something: none of their rays found any light, no light reaches them, and neighbours do
+    /// see light. Where a surface runs into a wall its light must not fade towards what is behind.
     pub(super) fn find_enclosed(&mut self, vertices: &[VertexId]) {
         for &vertex in vertices {
             let slots: Vec<SlotId> = self.cache.slots_of(vertex).collect();
@@ -36,8 +36,8 @@ impl Engine {
         }
     }
 
-    /// Whether a vertex that has seen no light lies inside something: neighbours do see light, and either it has looked often
-    /// enough or something stands between it and one of those.
+    /// Whether a vertex that has seen no light lies inside something: neighbours do see light, and either it has
+    /// looked often enough or something stands between it and one of those.
     fn is_enclosed(&mut self, vertex: VertexId, slots: &[SlotId], nodes: &[NodeId]) -> bool {
         // What was put off is guessed: a little direct light proves nothing.
         let direct = slots.iter().map(|s| self.cache.slots[*s].direct.diffuse.max_element()).fold(0.0, f32::max);

@@ -1,6 +1,7 @@
-//! The engine: owns the cache, and turns rays into light where the image needs it most. A step reads *choose → trace → apply →
-//! judge → publish*: tasks are chosen by what they are worth, all workers trace, sharing the cache read-only, the engine alone
-//! applies the results in job order, keys around what changed are judged anew, and what changed is published to the GPU.
+//! The engine: owns the cache, and turns rays into light where the image needs it most. A step reads *choose → trace
+//! → apply → judge → publish*: tasks are chosen by what they are worth, all workers trace, sharing the cache
+//! read-only, the engine alone applies the results in job order, keys around what changed are judged anew, and what
+//! changed is published to the GPU.
 
 use super::error_model::ErrorModel;
 use super::image_error::ImageError;
@@ -89,8 +90,8 @@ pub struct Engine {
     born: u64,
 }
 
-/// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until the
-/// options' own is reached.
+/// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until
+/// the options' own is reached.
 const FIRST_TOLERANCE: f32 = 1e-3;
 
 impl Engine {
@@ -155,8 +156,8 @@ impl Engine {
         self.publish()
     }
 
-    /// Whether nothing is left to do for this view until more is heard of it: an empty queue says so on the last rung of the
-    /// ladder of tolerances only.
+    /// Whether nothing is left to do for this view until more is heard of it: an empty queue says so on the last rung
+    /// of the ladder of tolerances only.
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.scheduler.is_empty() && self.tolerance <= self.options.tolerance

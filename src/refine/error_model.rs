@@ -1,4 +1,4 @@
-//! What a task is worth: expected drop of the image's square error a ray (method 5).
+//! What a task is worth: expected drop of the image's square error a ray (docs/method/what-to-trace-next.md).
 
 use super::image_error::LeafError;
 use super::options::{Options, Priority};
@@ -25,18 +25,19 @@ pub struct ErrorModel<'a> {
     pub options: &'a Options,
     /// Error of a pixel, relative to the image's mean, that is left for later.
     pub tolerance: f32,
-    /// Mean luminance of the image, below a share of which nothing shows.
+    /// Mean luminance of the image, W·sr⁻¹·m⁻², below a share of which nothing shows.
     pub mean: f32,
     /// Square error expected where nothing has been seen, relative to what a leaf shows.
     pub miss_rate: f32,
 }
 
-/// Weight of an edge's contrast against measured surplus: discontinuities not seen yet. [L 2.2]
+/// Weight of an edge's contrast against measured surplus: discontinuities not seen yet.
 pub(super) const CONTRAST_WEIGHT: f32 = 0.02;
-/// Mean square error of linear interpolation for a unit sum of squared surpluses and their products. [L 2.2]
+/// Mean square error of linear interpolation for a unit sum of squared surpluses and their products
+/// (docs/method/derivations.md).
 pub(super) const SURPLUS_TO_MSE: f32 = 8.0 / 45.0;
-/// The same of a hard edge across a face that was never split, against the square of contrast times mean, and pixels of a face up to
-/// which that is assumed.
+/// The same of a hard edge across a face that was never split, against the square of contrast times mean, and pixels
+/// of a face up to which that is assumed.
 const UNMEASURED_EDGE: f32 = 0.05;
 const SMALL_FACE: f32 = 16.0;
 /// A child's square error against its parent's, where light is smooth.
@@ -51,8 +52,9 @@ const SHADOW_CONTRAST: f32 = 0.15;
 pub(super) const HARD_PIXELS: f32 = 0.02;
 /// Least light that a leaf is measured against, relative to the image's mean.
 const LEAST_SHOWN: f32 = 0.1;
-/// Power of luminance by which a square error counts for less: 0 would be none, sRGB's curve by itself 1.1. This much lowers relMSE
-/// by a tenth to a fifth (Cornell box, Crytek Sponza, hall, living room) at an RMSE higher by up to a tenth.
+/// Power of luminance by which a square error counts for less: 0 would be none, sRGB's curve by itself 1.1. This much
+/// lowers relMSE by a tenth to a fifth (Cornell box, Crytek Sponza, hall, living room) at an RMSE higher by up to a
+/// tenth.
 const DARKS: f32 = 0.35;
 /// Luminance against the image's mean below which that does not rise further.
 const LEAST_DARK: f32 = 0.05;
@@ -64,17 +66,17 @@ pub(super) const VERTEX_COST: f32 = 16.0;
 /// A leaf's light at a glance.
 #[derive(Clone, Copy, Debug)]
 pub struct LeafEstimate {
-    /// Mean shown luminance of the corners.
+    /// Mean shown luminance of the corners, W·sr⁻¹·m⁻².
     pub mean: f32,
-    /// Least shown luminance of the corners.
+    /// Least shown luminance of the corners, W·sr⁻¹·m⁻².
     pub least: f32,
     /// Largest Michelson contrast along an edge; an edge with a covered end counts as one.
     pub contrast: f32,
     /// Whether some of the corners are covered by other geometry, and some are not.
     pub covered: bool,
-    /// Mean square error expected from interpolation.
+    /// Mean square error expected from interpolation, (W·sr⁻¹·m⁻²)².
     pub interpolation: f32,
-    /// Mean variance of noise over the leaf.
+    /// Mean variance of noise over the leaf, (W·sr⁻¹·m⁻²)².
     pub noise: f32,
 }
 
@@ -83,13 +85,14 @@ pub struct LeafEstimate {
 struct Hanging {
     /// Largest Michelson contrast of direct light with a corner.
     contrast: f32,
-    /// Square error that a leaf without them would have there.
+    /// Square error that a leaf without them would have there, (W·sr⁻¹·m⁻²)².
     surplus: f32,
     /// How much brighter the leaf is for them.
     brighter: f32,
 }
 
-/// Σd² + Σdd′ of the surpluses on a triangle's edges, what the mean square error of interpolation is proportional to. [L 2.2]
+/// Σd² + Σdd′ of the surpluses on a triangle's edges, what the mean square error of interpolation is proportional to
+/// (docs/method/derivations.md).
 pub(super) fn sum_of_products(d: [f32; 3]) -> f32 {
     let squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
     squares + d[0] * d[1] + d[1] * d[2] + d[2] * d[0]
@@ -102,7 +105,7 @@ fn michelson(a: [f32; 2], b: [f32; 2]) -> f32 {
 }
 
 impl ErrorModel<'_> {
-    /// Luminance shown at a slot on a face of direct and of indirect light.
+    /// Luminance, W·sr⁻¹·m⁻², shown at a slot on a face of direct and of indirect light.
     pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
         let (record, specular) = (&self.cache.slots[slot], &self.view.specular[slot]);
         let shown = |diffuse, specular| self.reflectances.shown(self.scene, face, diffuse, specular);
@@ -164,8 +167,9 @@ impl ErrorModel<'_> {
         partial != [partial[0]; 3]
     }
 
-    /// Square error of interpolating over a small face across a hard edge, against the square of its mean: nothing was ever measured
-    /// between its corners, and of its few pixels each may be on either side. (Large faces are soon split for their contrast.)
+    /// Square error of interpolating over a small face across a hard edge, against the square of its mean: nothing
+    /// was ever measured between its corners, and of its few pixels each may be on either side. (Large faces are soon
+    /// split for their contrast.)
     fn unmeasured_edge(&self, id: NodeId, contrast: f32) -> f32 {
         let node = &self.cache.topology.nodes[id];
         let is_small_face = node.level == 0 && self.view.leaves[id].pixels <= SMALL_FACE;
@@ -215,16 +219,16 @@ impl ErrorModel<'_> {
         if error < (self.tolerance * self.mean).powi(2) { 0.0 } else { leaf.pixels * error / (1.0 + VERTEX_COST) }
     }
 
-    /// Whether a leaf is as small as a pixel, so that it is sampled where that pixel sees it rather than split, once it is known
-    /// which pixel that is.
+    /// Whether a leaf is as small as a pixel, so that it is sampled where that pixel sees it rather than split, once
+    /// it is known which pixel that is.
     fn belongs_to_a_pixel(&self, id: NodeId) -> bool {
         let leaf = &self.view.leaves[id];
         (self.view.is_one_pixel(id) || (self.options.counted && leaf.pixels <= 1.0))
             && self.options.priority == Priority::Error
     }
 
-    /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles, less
-    /// what noise alone puts there.
+    /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles,
+    /// less what noise alone puts there.
     #[must_use]
     pub fn surplus(&self, id: NodeId, middles: [SlotId; 3]) -> f32 {
         let (shown, covered) = self.corners(id);
@@ -325,8 +329,8 @@ impl ErrorModel<'_> {
         highlight > HARD_CONTRAST * (highlight + 2.0 * mean) || by_surprise
     }
 
-    /// Whether a ray from its middle should tell what a leaf's corners do not: once, if they are known, where nothing else
-    /// would split it. Children of a leaf that held a mismatch are followed below the size of a pixel.
+    /// Whether a ray from its middle should tell what a leaf's corners do not: once, if they are known, where nothing
+    /// else would split it. Children of a leaf that held a mismatch are followed below the size of a pixel.
     pub(super) fn wants_probe(&self, id: NodeId) -> bool {
         let node = &self.cache.topology.nodes[id];
         let parent = node.parent.and_then(|parent| self.cache.topology.nodes[parent].direct.mismatch);
@@ -353,8 +357,9 @@ impl ErrorModel<'_> {
         self.reflectances.of_face(self.scene, node.face)[1] * self.view.leaves[id].highlight
     }
 
-    /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white all over
-    /// can wait (method 5). What is darker than the image's mean counts for more, since eyes and encodings tell darks apart.
+    /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white
+    /// all over can wait (docs/method/what-to-trace-next.md). What is darker than the image's mean counts for more,
+    /// since eyes and encodings tell darks apart.
     pub(super) fn display_gain(&self, luminance: f32) -> f32 {
         let against_mean = (luminance / self.mean.max(f32::MIN_POSITIVE)).max(LEAST_DARK);
         (1.0 + luminance / self.options.white).powi(-4) * against_mean.powf(-DARKS)
@@ -365,7 +370,7 @@ impl ErrorModel<'_> {
         (self.tolerance * 2.0 * self.mean).powi(2).max(self.miss_rate * self.reference_luminance(light).powi(2))
     }
 
-    /// Luminance that what a leaf hides is measured against: what it shows, or a little if it shows none.
+    /// Luminance, W·sr⁻¹·m⁻², that what a leaf hides is measured against: what it shows, or a little if it shows none.
     pub(super) fn reference_luminance(&self, light: &LeafEstimate) -> f32 {
         light.mean.max(LEAST_SHOWN * self.mean)
     }
@@ -412,8 +417,8 @@ impl ErrorModel<'_> {
         a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a)).sqrt()
     }
 
-    /// Whether corners that agree may speak for what lies between them: no shadow that is wanted fits in there, neither by
-    /// its size in the scene nor, near the eye, by its pixels.
+    /// Whether corners that agree may speak for what lies between them: no shadow that is wanted fits in there,
+    /// neither by its size in the scene nor, near the eye, by its pixels.
     #[must_use]
     pub fn is_small(&self, node: NodeId) -> bool {
         let pixels = self.view.leaves[node].pixels;

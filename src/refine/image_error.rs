@@ -21,12 +21,13 @@ pub struct LeafError {
     pub light: f32,
     /// Expected square error, (W·sr⁻¹·m⁻²)².
     pub error: f32,
-    /// Square of its reference luminance; 0 if it is known to hide nothing.
+    /// Square of its reference luminance, (W·sr⁻¹·m⁻²)²; 0 if it is known to hide nothing.
     pub unseen: f32,
 }
 
 impl ImageError {
-    /// Replaces what a leaf contributed by what it contributes now; `None` for one that is no leaf any more or not visible.
+    /// Replaces what a leaf contributed by what it contributes now; `None` for one that is no leaf any more or not
+    /// visible.
     pub fn replace(&mut self, accounted: &mut Accounted, leaf: Option<LeafError>) {
         let before = std::mem::replace(accounted, leaf.map_or(Accounted::default(), LeafError::accounted));
         self.pixels -= before.pixels;
@@ -51,8 +52,8 @@ impl ImageError {
         if self.pixels > 0.0 { (self.light / self.pixels).max(0.0) as f32 } else { 0.0 }
     }
 
-    /// Expected RMSE over the mean; where leaves may hide something, the square error expected is `miss_rate` times the square of
-    /// their reference luminance.
+    /// Expected RMSE over the mean; where leaves may hide something, the square error expected is `miss_rate` times
+    /// the square of their reference luminance.
     #[must_use]
     pub fn relative(&self, miss_rate: f32) -> Option<f32> {
         let known = self.pixels > 0.0 && self.light > 0.0;

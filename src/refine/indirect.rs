@@ -1,4 +1,5 @@
-//! Indirect light in a batch: vertices gather, the indirect layer is refined, and what depends on them is brought up to date.
+//! Indirect light in a batch: vertices gather, the indirect layer is refined, and what depends on them is brought up
+//! to date.
 
 use super::engine::Engine;
 use super::error_model::CHILD;
@@ -28,7 +29,8 @@ impl Engine {
         GatheredLight { vertices, refined: work.refined.clone() }
     }
 
-    /// Measures surpluses again where they depend on indirect light that has changed, and queues what is left to do around it.
+    /// Measures surpluses again where they depend on indirect light that has changed, and queues what is left to do
+    /// around it.
     pub(super) fn judge_indirect(&mut self, GatheredLight { vertices, refined }: &GatheredLight) {
         if vertices.is_empty() && refined.is_empty() {
             return;
@@ -81,10 +83,8 @@ impl Engine {
         let corners = self.corners_of_all(&leaves);
         for &vertex in &corners {
             self.view.vertices[vertex].importance = 0.0;
-            self.scheduler.forget_waiting(Task::Gather(vertex));
         }
         for &leaf in &leaves {
-            self.scheduler.forget_waiting(Task::RefineIndirect(leaf));
             self.view.indirect[leaf].importance = 0.0;
             self.view.indirect[leaf].pixels = self.view.pixels_below(&self.cache, leaf);
             self.account_indirect(leaf);
@@ -109,7 +109,6 @@ impl Engine {
             let vertex = self.cache.slots[slot].vertex;
             self.cache.indirect.note_expected(vertex, doubt);
             self.view.vertices[vertex].importance = importance;
-            self.scheduler.forget_waiting(Task::Gather(vertex));
             self.enqueue_gather(vertex);
         }
     }
@@ -247,8 +246,8 @@ impl Engine {
         self.enqueue_refinement(id);
     }
 
-    /// Brings up to date what a leaf's noise adds to its corners' importance. Linear interpolation shows a sixth of the variance at
-    /// each corner.
+    /// Brings up to date what a leaf's noise adds to its corners' importance. Linear interpolation shows a sixth of
+    /// the variance at each corner.
     fn update_importance(&mut self, id: NodeId) {
         let share = self.view.indirect[id].pixels * self.error_model().gain(id) / 6.0;
         self.set_importance(id, share);
@@ -275,11 +274,11 @@ impl Engine {
 
     fn enqueue_refinement(&mut self, id: NodeId) {
         let key = self.error_model().refine_key(id);
-        self.scheduler.raise(Task::RefineIndirect(id), key);
+        self.scheduler.offer(Task::RefineIndirect(id), key);
     }
 
     fn enqueue_gather(&mut self, id: VertexId) {
         let key = self.error_model().gather_key(id);
-        self.scheduler.raise(Task::Gather(id), key);
+        self.scheduler.offer(Task::Gather(id), key);
     }
 }

@@ -13,7 +13,8 @@ use glam::Vec3;
 pub const FIRST_RAYS: u32 = 16;
 /// Rays of the first round of a vertex inside a leaf.
 const INNER_RAYS: u32 = 32;
-/// What the variance of a sample comes to if it is spread over its rays, against the square of the value, where nothing was sampled.
+/// What the variance of a sample comes to if it is spread over its rays, against the square of the value, where
+/// nothing was sampled.
 const NOISE_OF_ONE_RAY: f32 = 1.0;
 /// Rays that found no light at all, which prove that a vertex is enclosed.
 pub const PROOF_OF_DARKNESS: u32 = 128;
@@ -35,7 +36,8 @@ const LARGE: f32 = 64.0;
 const LEAST_REFLECTANCE: f32 = 0.05;
 /// Standard deviation of a vertex that was never sampled against the mean of the image.
 const UNSAMPLED: f32 = 0.5;
-/// The same where coarser vertices predict it: what they see may be darker than what is typical, but it may be wrong, too.
+/// The same where coarser vertices predict it: what they see may be darker than what is typical, but it may be wrong,
+/// too.
 const PREDICTED: f32 = 0.3;
 /// Share of a vertex's noise, as a variance, that the vertices which it predicts show, against its weight there.
 const NOISE_BELOW: f32 = 0.3;
@@ -60,15 +62,15 @@ impl ErrorModel<'_> {
         self.reflectances.noise_gain(self.scene, face) * self.display_gain(least)
     }
 
-    /// Square of how far the indirect light inside a leaf may be from what its corners make of it, if other geometry covers any of
-    /// them: those do not know it at all.
+    /// Square of how far the indirect light inside a leaf may be from what its corners make of it, if other geometry
+    /// covers any of them: those do not know it at all.
     #[must_use]
     pub fn doubt_inside(&self, id: NodeId) -> Option<f32> {
         let covered = self.cache.topology.nodes[id].corners.into_iter().any(|slot| self.is_covered(slot));
         covered.then(|| self.brightest(id).powi(2))
     }
 
-    /// Expected square error of indirect D over a leaf of the indirect layer: interpolation and noise.
+    /// Expected square error of indirect D over a leaf of the indirect layer, (W·sr⁻¹·m⁻²)²: interpolation and noise.
     #[must_use]
     pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
         let node = &self.cache.topology.nodes[id];
@@ -82,8 +84,8 @@ impl ErrorModel<'_> {
         }
         let y = || valid().map(|light| luminance(light.diffuse));
         let (least, most) = (y().fold(f32::INFINITY, f32::min), y().fold(0.0, f32::max));
-        // The mean square of what linear weights leave of the corners' independent noise: a half, two thirds or all of it.
-        // What was never sampled is missing from the picture.
+        // The mean square of what linear weights leave of the corners' independent noise: a half, two thirds or all
+        // of it. What was never sampled is missing from the picture.
         let unknown = (UNSAMPLED * self.typical(id)).powi(2);
         let variance = |l: &Luminance| if l.known { l.variance } else { unknown };
         let noise =
@@ -105,8 +107,8 @@ impl ErrorModel<'_> {
         slots.map(|slot| self.cache.slots[slot].indirect.variance).sum::<f32>() / 6.0
     }
 
-    /// Whether a leaf lies across a line where its surface runs into another: some of its corners are covered, or see hardly
-    /// any of the light that others see.
+    /// Whether a leaf lies across a line where its surface runs into another: some of its corners are covered, or see
+    /// hardly any of the light that others see.
     fn crosses_contact(&self, id: NodeId) -> bool {
         let corners = self.cache.topology.nodes[id].corners;
         let covered = corners.map(|slot| self.is_covered(slot));
@@ -121,7 +123,7 @@ impl ErrorModel<'_> {
         (COVERED * self.brightest(id).max(self.typical(id))).powi(2)
     }
 
-    /// Greatest luminance of indirect D at a node's corners.
+    /// Greatest luminance of indirect D at a node's corners, W·sr⁻¹·m⁻².
     fn brightest(&self, id: NodeId) -> f32 {
         let corners = self.cache.topology.nodes[id].corners;
         corners.map(|slot| luminance(self.cache.slots[slot].indirect.diffuse)).into_iter().fold(0.0, f32::max)
@@ -137,8 +139,8 @@ impl ErrorModel<'_> {
         self.cache.is_covered(slot)
     }
 
-    /// Square error of interpolating indirect light over a node, from its middles: as far as noise does not explain it, and
-    /// what it may be at most. `None` while middles are not sampled.
+    /// Square error of interpolating indirect light over a node, from its middles: as far as noise does not explain
+    /// it, and what it may be at most. `None` while middles are not sampled.
     #[must_use]
     pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<[f32; 2]> {
         let corners = self.cache.topology.nodes[id].corners;
@@ -193,8 +195,8 @@ impl ErrorModel<'_> {
         self.view.indirect[id].pixels * error / (1.0 + rays + VERTEX_COST * vertices as f32)
     }
 
-    /// Rays of the first round at the middles of a node: about as many as its corners have, or finer vertices would show
-    /// more noise than coarse ones.
+    /// Rays of the first round at the middles of a node: about as many as its corners have, or finer vertices would
+    /// show more noise than coarse ones.
     #[must_use]
     pub fn first_rays(&self, id: NodeId) -> u32 {
         let rays = self.cache.corner_vertices(id).map(|v| self.cache.indirect.rays(v));
@@ -235,8 +237,8 @@ impl ErrorModel<'_> {
         self.cache.vertices[id].first_slot.is_none_or(|slot| self.cache.slots[slot].is_base())
     }
 
-    /// What shows of a sampled vertex in leaves of the indirect layer that it is no corner of: it lies on an edge of theirs, which
-    /// neighbours have refined, and they are drawn through it.
+    /// What shows of a sampled vertex in leaves of the indirect layer that it is no corner of: it lies on an edge of
+    /// theirs, which neighbours have refined, and they are drawn through it.
     fn hanging_importance(&self, id: VertexId) -> f32 {
         // Base vertices are corners wherever they are drawn.
         if self.is_base(id) || self.cache.pixel_slot(id).is_some() {
@@ -281,8 +283,8 @@ impl ErrorModel<'_> {
         if count == 0 { doubt } else { (doubt - sum / (count as f32 * rays)).max(0.0) }
     }
 
-    /// Rays of the first round at a base vertex: about as many as those that predict it have, or finer vertices would show
-    /// more noise than coarse ones.
+    /// Rays of the first round at a base vertex: about as many as those that predict it have, or finer vertices would
+    /// show more noise than coarse ones.
     #[must_use]
     pub fn first_rays_at(&self, id: VertexId) -> u32 {
         if self.cache.pixel_slot(id).is_some() {

@@ -1,5 +1,5 @@
-//! Judging what has changed: surpluses, the image's error, and the keys of everything around. Nothing waits with a key that what was
-//! just found has raised.
+//! Judging what has changed: surpluses, the image's error, and the keys of everything around. Nothing waits with a
+//! key that what was just found has raised.
 
 use super::engine::Engine;
 use super::error_model::CHILD;
@@ -55,14 +55,14 @@ impl Engine {
         for child in leaf.split.children.all() {
             let child = &mut self.view.leaves[child];
             (child.pixels, child.share) = (parent.pixels * 0.25, parent.share * 0.25);
-            child.generation = parent.generation;
+            child.visible = parent.visible;
         }
         self.checks.hand_down(leaf.node, leaf.split.children, &mut self.cache, &mut self.view);
         self.image.replace(&mut self.view.leaves[leaf.node].accounted, None);
     }
 
-    /// Measures what the parents of leaves were split for by what is known there now, since the first look was a noisy one, and adds
-    /// the leaves beside that are judged by it, too.
+    /// Measures what the parents of leaves were split for by what is known there now, since the first look was a
+    /// noisy one, and adds the leaves beside that are judged by it, too.
     fn measure_around(&mut self, leaves: &mut Vec<NodeId>) {
         let parent = |&leaf: &NodeId| self.cache.topology.nodes[leaf].parent;
         let mut parents: Vec<NodeId> = leaves.iter().filter_map(parent).collect();
@@ -136,7 +136,7 @@ impl Engine {
         }
         let model = self.error_model();
         let keys = [model.split_key(id), model.pixel_sample_key(id)];
-        tasks.into_iter().zip(keys).for_each(|(task, key)| self.scheduler.replace(task, key));
+        tasks.into_iter().zip(keys).for_each(|(task, key)| self.scheduler.offer(task, key));
         self.enqueue_check(id);
     }
 
@@ -145,7 +145,7 @@ impl Engine {
         let task = Task::CheckPixels(id);
         if !self.scheduler.waits(task) && self.error_model().wants_check(id) {
             let key = self.error_model().check_key(id);
-            self.scheduler.push(task, key);
+            self.scheduler.offer(task, key);
         }
     }
 
@@ -159,7 +159,7 @@ impl Engine {
                 let rays = self.rays_of(task);
                 if rays > 0.0 {
                     let key = self.error_model().vertex_key(id, rays);
-                    self.scheduler.push(task, key);
+                    self.scheduler.offer(task, key);
                 }
             }
         }
@@ -173,18 +173,18 @@ impl Engine {
         };
         let leaves = self.view.visible_leaves(&self.cache).into_iter();
         for leaf in leaves.filter(knows_more).collect::<Vec<_>>() {
-            let checked = std::mem::replace(&mut self.view.leaves[leaf].checked, 0);
+            self.view.leaves[leaf].checked = false;
             self.enqueue_check(leaf);
             if self.scheduler.waits(Task::CheckPixels(leaf)) {
                 self.view.leaves[leaf].check_open = 0;
             } else {
-                self.view.leaves[leaf].checked = checked;
+                self.view.leaves[leaf].checked = true;
             }
         }
     }
 
-    /// Queues what there is to do after all: what was not worth it when it was last looked at may be, by what is known of the image
-    /// now.
+    /// Queues what there is to do after all: what was not worth it when it was last looked at may be, by what is
+    /// known of the image now.
     pub(super) fn look_again(&mut self) {
         self.reopen_checks();
         self.refresh_waiting_predictions();
@@ -200,7 +200,8 @@ impl Engine {
         !self.scheduler.has_only_checks()
     }
 
-    /// Goes on to the next rung of the ladder where direct light is done: it does not wait for indirect light, which never is.
+    /// Goes on to the next rung of the ladder where direct light is done: it does not wait for indirect light, which
+    /// never is.
     pub(super) fn end_rung(&mut self, work: &Work) {
         if work.direct_tasks() == 0 && self.tolerance > self.options.tolerance {
             self.step_down();

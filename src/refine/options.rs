@@ -34,8 +34,8 @@ pub struct Options {
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.
     pub min_pixels: f32,
-    /// Whether the pixels of all leaves are counted after every change, so that leaves of about a pixel can wait to hear
-    /// which it is.
+    /// Whether the pixels of all leaves are counted after every change, so that leaves of about a pixel can wait to
+    /// hear which it is.
     pub counted: bool,
     /// Michelson contrast along an edge that counts as a perceptible discontinuity (`Priority::Random`).
     pub contrast: f32,

@@ -1,5 +1,6 @@
-//! Pixel checks: a leaf whose corners agree is taken at their word until each of its pixels has been checked. What corners and middles
-//! do not show, shadows of a pixel or two, is found here; in the end every pixel has been looked at.
+//! Pixel checks: a leaf whose corners agree is taken at their word until each of its pixels has been checked. What
+//! corners and middles do not show, shadows of a pixel or two, is found here; in the end every pixel has been looked
+//! at.
 
 use super::error_model::ErrorModel;
 use super::miss_rate::MissRate;
@@ -19,11 +20,11 @@ use smallvec::SmallVec;
 
 /// Rays that checking a pixel costs, roughly: those to the lights, and what goes with them.
 const RAYS_A_PIXEL: f32 = 6.0;
-/// Square error of a leaf, relative to what it shows, before any was checked, and how many leaves that counts for: so much and so
-/// few that some are checked early to find out.
+/// Square error of a leaf, relative to what it shows, before any was checked, and how many leaves that counts for: so
+/// much and so few that some are checked early to find out.
 const PRIOR: [f64; 2] = [1e-2, 8.0];
-/// What checks find is mostly shadow: dark pixels shown bright, whose error is this many times as large on a display, where dark
-/// tones lie apart, as its square beside what a leaf shows.
+/// What checks find is mostly shadow: dark pixels shown bright, whose error is this many times as large on a display,
+/// where dark tones lie apart, as its square beside what a leaf shows.
 const SHADOWS_SHOW: f32 = 10.0;
 /// One ray in so many goes to pixel checks, whatever they seem to be worth.
 const SHARE: u64 = 12;
@@ -35,7 +36,7 @@ const MOST_PIXELS: f32 = 1024.0;
 struct PixelMismatch {
     /// Direction from the eye through it.
     ray: Vec3,
-    /// Luminance of D by which it differs.
+    /// Luminance of D by which it differs, W·sr⁻¹·m⁻².
     luminance: f32,
 }
 
@@ -67,7 +68,7 @@ pub struct Found {
 /// What a leaf shows that was checked: what is found is measured against it.
 #[derive(Clone, Copy, Debug)]
 pub struct Reference {
-    /// Luminance.
+    /// Luminance, W·sr⁻¹·m⁻².
     pub luminance: f32,
     /// Share of D that the leaf shows.
     pub reflectance: f32,
@@ -91,8 +92,8 @@ impl PixelChecks {
         self.miss_rate.expected()
     }
 
-    /// Whether the next check, of key `next`, is worth more than the task of key `other`, or it is time for it anyway after `rays` rays
-    /// in all: what is not known to be there is not weighed right.
+    /// Whether the next check, of key `next`, is worth more than the task of key `other`, or it is time for it anyway
+    /// after `rays` rays in all: what is not known to be there is not weighed right.
     #[must_use]
     pub fn are_due(&self, next: f32, other: Option<f32>, rays: u64) -> bool {
         let worth = next * SHADOWS_SHOW * self.miss_rate();
@@ -111,14 +112,14 @@ impl PixelChecks {
 
     /// Notes what the check of a leaf found.
     pub fn note(&mut self, node: NodeId, found: Found, of: Reference, cache: &mut Cache, view: &mut ViewState) {
-        let (generation, leaf) = (view.generation, &mut view.leaves[node]);
-        let again = leaf.checked == generation;
+        let leaf = &mut view.leaves[node];
+        let again = leaf.checked;
         leaf.checks = match (found.more, again) {
             (false, _) => 0,
             (true, false) => 1,
             (true, true) => leaf.checks + 1,
         };
-        leaf.checked = generation;
+        leaf.checked = true;
         let square = of.luminance.powi(2);
         if square > 0.0 && found.pixels > 0 && !again {
             let error = |m: &PixelMismatch| ((of.reflectance * m.luminance).powi(2) / square).min(1.0);
@@ -128,7 +129,8 @@ impl PixelChecks {
         self.add(node, found.mismatches, found.open, cache, view);
     }
 
-    /// Adds mismatches to a leaf's. One of which `open` light groups were left out tells its children nothing, and is checked anew.
+    /// Adds mismatches to a leaf's. One of which `open` light groups were left out tells its children nothing, and is
+    /// checked anew.
     fn add(&mut self, node: NodeId, mut found: PixelMismatches, open: u32, cache: &mut Cache, view: &mut ViewState) {
         found.extend(self.mismatches.remove(&node).into_iter().flatten());
         let most = found.iter().map(|m| m.luminance).fold(0.0, f32::max);
@@ -145,7 +147,7 @@ impl PixelChecks {
     pub fn hand_down(&mut self, parent: NodeId, children: Children, cache: &mut Cache, view: &mut ViewState) {
         let found = self.mismatches.remove(&parent).unwrap_or_default();
         let of_parent = view.leaves[parent];
-        if !view.is_checked(parent) || of_parent.check_open > 0 {
+        if !of_parent.checked || of_parent.check_open > 0 {
             return;
         }
         for child in children.all() {
@@ -163,7 +165,7 @@ impl ErrorModel<'_> {
     pub(super) fn check_key(&self, id: NodeId) -> f32 {
         let (light, leaf) = (self.leaf(id), &self.view.leaves[id]);
         // What the first points of a light have not shown is a small part of it.
-        let part = if self.view.is_checked(id) { (1.0 + leaf.checks as f32).powi(-2) } else { 1.0 };
+        let part = if leaf.checked { (1.0 + leaf.checks as f32).powi(-2) } else { 1.0 };
         let error = part * self.reference_luminance(&light).powi(2) * self.display_gain(light.least);
         leaf.pixels * error / (1.0 + RAYS_A_PIXEL * leaf.pixels)
     }
@@ -174,8 +176,8 @@ impl ErrorModel<'_> {
         self.options.priority == Priority::Error
             && self.view.image.is_some()
             && node.children.is_none()
-            && self.view.sees(id)
-            && (!self.view.is_checked(id) || leaf.checks > 0)
+            && leaf.visible
+            && (!leaf.checked || leaf.checks > 0)
             && leaf.pixels > 0.0
             && leaf.pixels <= self.options.shadow_pixels.min(MOST_PIXELS)
             && self.settled(id).is_none()
@@ -282,7 +284,7 @@ mod tests {
         let Judged { rooted, view, .. } = &mut square;
         let (root, of) = (rooted.roots[0], Reference { luminance: 1.0, reflectance: 0.8 });
         for _ in 0..100 {
-            view.leaves[root].checked = 0;
+            view.leaves[root].checked = false;
             checks.note(root, found([Vec3::new(0.2, 0.0, 0.5); 2]), of, &mut rooted.cache, view);
         }
         // Errors of 0.4 and 0.16 of what is shown, in two pixels of ten.

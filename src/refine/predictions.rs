@@ -1,5 +1,5 @@
-//! Predictions from coarse levels in a view: what rests on the base vertices that predict others, and when predictions are brought
-//! up to date.
+//! Predictions from coarse levels in a view: what rests on the base vertices that predict others, and when
+//! predictions are brought up to date.
 
 use super::view::ViewState;
 use crate::cache::ids::{SlotId, VertexId};
@@ -24,8 +24,8 @@ pub struct Predictions {
 }
 
 impl Predictions {
-    /// Takes the base vertices of a view, and those that are not yet in the order of coarse levels into it; returns the slots of
-    /// these.
+    /// Takes the base vertices of a view, and those that are not yet in the order of coarse levels into it; returns
+    /// the slots of these.
     pub fn place(&mut self, cache: &mut Cache, base: Vec<VertexId>) -> Vec<SlotId> {
         let mut slots = Vec::new();
         self.base = base;
@@ -59,8 +59,8 @@ impl Predictions {
         }
     }
 
-    /// Whether so many rays were traced that to bring `waiting` predictions up to date costs little beside them: a prediction costs
-    /// about as much as a ray. The first are rough, and soon replaced; later ones change little.
+    /// Whether so many rays were traced that to bring `waiting` predictions up to date costs little beside them: a
+    /// prediction costs about as much as a ray. The first are rough, and soon replaced; later ones change little.
     #[must_use]
     pub fn are_due(&self, waiting: usize, rays: u64) -> bool {
         let share = (1 + self.refreshes / ALIKE).min(RAYS_A_PREDICTION);

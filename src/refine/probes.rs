@@ -1,5 +1,5 @@
-//! What lies between vertices unseen: highlights, since S is known at vertices alone, and light or shadow of which the corners
-//! of a leaf know nothing.
+//! What lies between vertices unseen: highlights, since S is known at vertices alone, and light or shadow of which
+//! the corners of a leaf know nothing.
 
 use super::engine::Engine;
 use crate::cache::ids::NodeId;
@@ -17,7 +17,7 @@ const SHARE_OF_MIDDLE: f32 = 0.5;
 /// A highlight that a leaf's corners do not show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Hidden {
-    /// How much brighter the leaf is there than it is drawn: specular luminance S.
+    /// How much brighter the leaf is there than it is drawn: specular luminance S, W·sr⁻¹·m⁻².
     pub surplus: f32,
     /// Share of the leaf that it covers.
     pub share: f32,
@@ -30,8 +30,8 @@ impl Engine {
         self.probe_middles(nodes);
     }
 
-    /// Traces a ray to each strong light from the middle of leaves that nothing else would split, or from where a pixel sees
-    /// those of few pixels; once for each leaf.
+    /// Traces a ray to each strong light from the middle of leaves that nothing else would split, or from where a
+    /// pixel sees those of few pixels; once for each leaf.
     pub(super) fn probe_middles(&mut self, nodes: &[NodeId]) {
         let model = self.error_model();
         let silent: Vec<NodeId> = nodes.iter().copied().filter(|&node| model.wants_probe(node)).collect();

@@ -61,7 +61,8 @@ impl Publisher {
         self.retired.len()
     }
 
-    /// Whether the pixels of a triangle, which update `sequence` or an earlier one has drawn, are known for the first time.
+    /// Whether the pixels of a triangle, which update `sequence` or an earlier one has drawn, are known for the first
+    /// time.
     #[must_use]
     pub fn is_uncounted(&self, drawn: DrawnId, sequence: u64) -> bool {
         let born = self.born.get(drawn);
@@ -116,8 +117,9 @@ impl Publisher {
         update
     }
 
-    /// Starts the next update: replaces the triangles of nodes that were split or whose edges changed. Returns the slots that they are
-    /// drawn with and that have no direct light yet: looks at a midpoint that only a neighbour had needed so far.
+    /// Starts the next update: replaces the triangles of nodes that were split or whose edges changed. Returns the
+    /// slots that they are drawn with and that have no direct light yet: looks at a midpoint that only a neighbour
+    /// had needed so far.
     pub fn redraw(&mut self, cache: &mut Cache, view: &ViewState) -> (Update, Vec<SlotId>) {
         let (mut update, mut fresh) = (Update::default(), Vec::new());
         let mut nodes = std::mem::take(&mut self.redraw);

@@ -1,5 +1,5 @@
-//! Changes of the lights: direct light is shaded anew from the visibility that is kept, indirect light is scaled, brought
-//! back or solved again (method 2, 6). No ray is traced here.
+//! Changes of the lights: direct light is shaded anew from the visibility that is kept, indirect light is scaled,
+//! brought back or solved again (docs/method/updates.md). No ray is traced here.
 
 use super::engine::{Engine, Visible};
 use super::update::Update;
@@ -9,13 +9,14 @@ use crate::light::context::SceneContext;
 use glam::Vec3;
 
 impl Engine {
-    /// Changes what the lights emit to `factors` times what the scene says, in the order of its lights, and takes a view, of
-    /// a new generation: the returned update shows everything visible in the new light.
+    /// Changes what the lights emit to `factors` times what the scene says, in the order of its lights, and takes a
+    /// view, of a new generation: the returned update shows everything visible in the new light.
     ///
-    /// Direct light is exact at once as far as it was known, but for lights that share a group and change against each other: where
-    /// much has been traced in their penumbra, the fraction that was visible stands in until it is traced again. Indirect light is, too, if all lights change by the same factor
-    /// or go back to what they were before the last change; otherwise it is a guess until it is gathered again, which vertices
-    /// do in order of what that is worth to the image.
+    /// Direct light is exact at once as far as it was known, but for lights that share a group and change against
+    /// each other: where much has been traced in their penumbra, the fraction that was visible stands in until it is
+    /// traced again. Indirect light is, too, if all lights change by the same factor or go back to what they were
+    /// before the last change; otherwise it is a guess until it is gathered again, which vertices do in order of what
+    /// that is worth to the image.
     pub fn relight(&mut self, factors: &[Vec3], visible: &Visible) -> Update {
         let before = self.lights.lighting();
         let mixed = self.lights.set_factors(factors);
@@ -35,7 +36,7 @@ impl Engine {
             self.measure_surpluses();
             self.checks.forget();
             self.scheduler.drop_checks();
-            self.view.leaves.iter_mut().for_each(|leaf| leaf.checked = 0);
+            self.view.leaves.iter_mut().for_each(|leaf| leaf.checked = false);
         }
         self.set_visible(visible)
     }

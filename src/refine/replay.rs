@@ -36,12 +36,11 @@ fn put<T: Clone>(items: &mut Vec<T>, index: u32, value: T, empty: T) {
 }
 
 impl HostMesh {
-    /// Takes an update in: slots, then drawn triangles, then patches, in their order. The first of another camera generation draws
-    /// everything anew.
+    /// Takes an update in: slots, then drawn triangles, then patches, in their order. The first of another camera
+    /// generation draws everything anew.
     ///
-    /// # Errors
-    /// [`Error::Internal`] for an update that contradicts the mesh: what a patch replaces must be drawn, what it draws must be
-    /// defined, on the patch's face, and not drawn.
+    /// # Errors [`Error::Internal`] for an update that contradicts the mesh: what a patch replaces must be drawn,
+    /// what it draws must be defined, on the patch's face, and not drawn.
     pub fn apply(&mut self, update: &Update) -> Result<()> {
         self.updates += 1;
         if update.generation != self.generation {
@@ -140,7 +139,8 @@ impl HostMesh {
     }
 }
 
-/// The level of each drawn triangle (how often its face was split to get it): a byte a triangle, where the mesh itself is not needed.
+/// The level of each drawn triangle (how often its face was split to get it): a byte a triangle, where the mesh
+/// itself is not needed.
 #[derive(Clone, Debug, Default)]
 pub struct Levels(Vec<u8>);
 

@@ -1,7 +1,7 @@
 //! What to do next: tasks ordered by the drop of the image's square error that a ray is expected to buy.
 //!
-//! Keys are brought up to date lazily. A task that has become worth less is found when it comes up, and put back; one that has
-//! become worth more is pushed again, and what was queued for it before is void.
+//! Keys are brought up to date lazily. A task that has become worth less is found when it comes up, and put back; one
+//! that has become worth more is pushed again, and what was queued for it before is void.
 
 use crate::cache::ids::{NodeId, VertexId};
 use crate::cache::pool::Table;
@@ -32,7 +32,7 @@ pub enum Task {
 /// A task with what it was worth when it was queued.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    /// Expected drop of the image's square error a ray.
+    /// Expected drop of the image's square error a ray: pixels × (W·sr⁻¹·m⁻²)².
     key: f32,
     task: Task,
     /// Version of the ticket that it was queued with.
@@ -66,22 +66,16 @@ pub struct Scheduler {
 const RISEN: f32 = 1.25;
 
 impl Scheduler {
-    /// Drops everything; pixel checks stay if the camera `stays`.
-    pub fn clear(&mut self, stays: bool) {
-        self.heap.clear();
-        self.first_visits = 0;
-        if stays {
-            self.nodes.iter_mut().for_each(|tickets| tickets[3].waiting = 0.0);
-        } else {
-            self.drop_checks();
-        }
+    /// Drops everything.
+    pub fn clear(&mut self) {
+        *self = Self::default();
     }
 
     /// Drops all pixel checks.
     pub fn drop_checks(&mut self) {
         for entry in self.checks.drain() {
             if let Task::CheckPixels(id) = entry.task {
-                self.nodes[id][3].waiting = 0.0;
+                self.nodes[id][3].void();
             }
         }
     }
@@ -146,29 +140,22 @@ impl Scheduler {
         taken
     }
 
-    /// Queues a task in place of what was queued for it before; one that is worth nothing is not kept.
-    pub fn replace(&mut self, task: Task, key: f32) {
-        self.void(task);
-        self.push(task, key);
-    }
-
-    /// Queues a task if it does not wait with about as high a key already, or a higher one.
-    pub fn raise(&mut self, task: Task, key: f32) {
+    /// Queues a task, in place of what is queued for it, unless that waits with about as high a key or a higher one;
+    /// one that is worth nothing is not kept.
+    pub fn offer(&mut self, task: Task, key: f32) {
         if key > self.ticket(task).waiting * RISEN {
-            self.replace(task, key);
+            self.void(task);
+            self.push(task, key);
         }
     }
 
-    /// Queues a task beside what is queued for it already: whichever comes up first counts.
-    pub fn push(&mut self, task: Task, key: f32) {
-        if key > 0.0 {
-            self.serial += 1;
-            let serial = self.serial;
-            let ticket = self.ticket(task);
-            ticket.waiting = key;
-            let entry = Entry { key, task, version: ticket.version, serial };
-            if matches!(task, Task::CheckPixels(_)) { self.checks.push(entry) } else { self.heap.push(entry) }
-        }
+    fn push(&mut self, task: Task, key: f32) {
+        self.serial += 1;
+        let serial = self.serial;
+        let ticket = self.ticket(task);
+        ticket.waiting = key;
+        let entry = Entry { key, task, version: ticket.version, serial };
+        if matches!(task, Task::CheckPixels(_)) { self.checks.push(entry) } else { self.heap.push(entry) }
     }
 
     /// Whether a task waits.
@@ -187,11 +174,6 @@ impl Scheduler {
         self.void(Task::DoublePoints(vertex));
     }
 
-    /// Forgets with which keys tasks on indirect light wait, so that any key raises them.
-    pub fn forget_waiting(&mut self, task: Task) {
-        self.ticket(task).waiting = 0.0;
-    }
-
     /// Takes the task of the greatest key, with that; pixel checks are left.
     pub fn pop(&mut self) -> Option<(Task, f32)> {
         self.drop_void();
@@ -202,9 +184,11 @@ impl Scheduler {
 
     /// Takes the pixel check of the greatest key.
     pub fn pop_check(&mut self) -> Option<NodeId> {
-        while let Some(entry) = self.checks.pop() {
-            if let Task::CheckPixels(id) = entry.task {
-                self.nodes[id][3].waiting = 0.0;
+        while let Some(Entry { task, version, .. }) = self.checks.pop() {
+            if let Task::CheckPixels(id) = task
+                && self.ticket(task).version == version
+            {
+                self.ticket(task).waiting = 0.0;
                 return Some(id);
             }
         }
@@ -264,42 +248,42 @@ mod tests {
     fn the_greatest_key_comes_first_and_equals_keep_their_order() {
         let mut scheduler = Scheduler::default();
         for (key, vertex) in [(1.0, 1), (3.0, 2), (0.0, 3), (3.0, 4), (f32::NAN, 5)] {
-            scheduler.push(Task::DoublePoints(VertexId(vertex)), key);
+            scheduler.offer(Task::DoublePoints(VertexId(vertex)), key);
         }
         assert_eq!(all(&mut scheduler), [2, 4, 1].map(|v| Task::DoublePoints(VertexId(v))));
     }
 
     #[test]
-    fn a_replaced_task_comes_up_once_by_its_new_key() {
+    fn a_task_waits_once_and_is_raised_only_by_a_key_that_has_risen() {
         let mut scheduler = Scheduler::default();
-        let [a, b] = [1, 2].map(|v| Task::Split(NodeId(v)));
-        scheduler.replace(a, 5.0);
-        scheduler.replace(b, 3.0);
-        scheduler.replace(a, 1.0);
-        assert_eq!(all(&mut scheduler), [b, a]);
-        scheduler.replace(a, 5.0);
-        scheduler.void(a);
-        assert_eq!(all(&mut scheduler), []);
+        let (task, other) = (Task::Gather(VertexId(1)), Task::Gather(VertexId(2)));
+        scheduler.offer(task, 4.0);
+        scheduler.offer(other, 4.5);
+        scheduler.offer(task, 4.9);
+        assert_eq!(scheduler.greatest(), Some(4.5));
+        scheduler.offer(task, 5.1);
+        assert_eq!(all(&mut scheduler), [task, other]);
+        scheduler.offer(task, 0.1);
+        assert_eq!(all(&mut scheduler), [task], "what came up does not wait any more");
     }
 
     #[test]
-    fn a_task_is_raised_only_by_a_key_that_has_risen() {
+    fn what_is_void_does_not_come_up() {
         let mut scheduler = Scheduler::default();
-        let (task, other) = (Task::Gather(VertexId(1)), Task::Gather(VertexId(2)));
-        scheduler.raise(task, 4.0);
-        scheduler.raise(other, 4.5);
-        scheduler.raise(task, 4.9);
-        assert_eq!(scheduler.greatest(), Some(4.5));
-        scheduler.raise(task, 5.1);
-        assert_eq!(all(&mut scheduler), [task, other]);
-        scheduler.raise(task, 0.1);
-        assert_eq!(all(&mut scheduler), [task], "what came up does not wait any more");
+        let [a, b] = [1, 2].map(|v| Task::TraceDeferred(VertexId(v)));
+        scheduler.offer(a, 5.0);
+        scheduler.offer(Task::DoublePoints(VertexId(1)), 4.0);
+        scheduler.offer(b, 3.0);
+        scheduler.void_direct(VertexId(1));
+        assert_eq!(scheduler.greatest(), Some(3.0));
+        scheduler.offer(a, 1.0);
+        assert_eq!(all(&mut scheduler), [b, a]);
     }
 
     #[test]
     fn first_visits_come_before_everything_in_their_order() {
         let mut scheduler = Scheduler::default();
-        scheduler.push(Task::Split(NodeId(7)), 1e30);
+        scheduler.offer(Task::Split(NodeId(7)), 1e30);
         scheduler.push_first_visits([3, 1, 2].map(VertexId).into_iter());
         assert_eq!(scheduler.take_first_visits(2), [3, 1].map(VertexId));
         assert_eq!((scheduler.first_visits(), scheduler.take_first_visits(9)), (1, vec![VertexId(2)]));
@@ -309,11 +293,13 @@ mod tests {
     #[test]
     fn what_was_cleared_is_void() {
         let mut scheduler = Scheduler::default();
-        scheduler.push(Task::CheckPixels(NodeId(1)), 2.0);
-        scheduler.raise(Task::Gather(VertexId(1)), 2.0);
+        scheduler.offer(Task::CheckPixels(NodeId(1)), 2.0);
+        scheduler.offer(Task::Gather(VertexId(1)), 2.0);
         assert_eq!((scheduler.greatest_check(), scheduler.has_only_checks()), (2.0, false));
-        scheduler.clear(false);
+        scheduler.clear();
         assert!(scheduler.is_empty() && !scheduler.waits(Task::CheckPixels(NodeId(1))));
         assert_eq!((all(&mut scheduler), scheduler.pop_check()), (Vec::new(), None));
+        scheduler.offer(Task::Gather(VertexId(1)), 0.5);
+        assert_eq!(all(&mut scheduler), [Task::Gather(VertexId(1))]);
     }
 }

@@ -64,7 +64,7 @@ impl Judged {
 
     /// Has the view show a leaf in so many pixels.
     pub fn see(&mut self, leaf: NodeId, pixels: f32) {
-        self.view.show(leaf, pixels, None);
+        self.view.show(leaf, pixels, false);
         self.view.indirect[leaf].pixels = pixels;
     }
 

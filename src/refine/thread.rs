@@ -38,8 +38,8 @@ const BATCH: Duration = Duration::from_millis(4);
 /// Updates that may wait to be taken: a frame loop that falls further behind makes the engine wait.
 const WAITING: usize = 64;
 
-/// A running engine. Dropping it stops the thread after its present batch; one that is still being made is left to itself, and
-/// stops when it is.
+/// A running engine. Dropping it stops the thread after its present batch; one that is still being made is left to
+/// itself, and stops when it is.
 pub struct EngineThread {
     commands: Option<Sender<Command>>,
     updates: Option<Receiver<Update>>,
@@ -158,8 +158,8 @@ fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Send
                     idle = true;
                     continue;
                 }
-                // A batch between any two counts, or counts that come fast would leave no time for work; and an engine that
-                // has waited for them says whether it is done now.
+                // A batch between any two counts, or counts that come fast would leave no time for work; and an
+                // engine that has waited for them says whether it is done now.
                 engine.step(Budget::Time(BATCH))
             }
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),

@@ -1,8 +1,8 @@
 //! What the engine tells the GPU: values written, and patches of triangles to redraw.
 //!
-//! The unit of update is a *patch*: the triangles drawn last and the triangles to draw now, both tiling the same region of
-//! one face. A new value, a split and a changed hanging pattern are all patches; where values alone changed, a patch is one
-//! triangle with `old == new`.
+//! The unit of update is a *patch*: the triangles drawn last and the triangles to draw now, both tiling the same
+//! region of one face. A new value, a split and a changed hanging pattern are all patches; where values alone
+//! changed, a patch is one triangle with `old == new`.
 
 pub use crate::cache::drawn_mesh::DrawnTriangle;
 pub use crate::cache::ids::{DrawnId, SlotId};

@@ -1,5 +1,5 @@
-//! What belongs to one view: the pixels of its leaves, what they add to the image's error, and S for its eye. Tables by id beside the
-//! cache, which holds what is true in any view.
+//! What belongs to one view: the pixels of its leaves, what they add to the image's error, and S for its eye. Tables
+//! by id beside the cache, which holds what is true in any view.
 
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::indirect::SpecularTable;
@@ -15,8 +15,8 @@ pub const FEW_PIXELS: u32 = 3;
 /// What a view makes of a leaf.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeafView {
-    /// Generation of the camera that last saw it; 0 if none did.
-    pub generation: u32,
+    /// Whether the view shows it.
+    pub visible: bool,
     /// Pixels it covers on screen: counted by the GPU, or a share of its parent's until then.
     pub pixels: f32,
     /// Direction from the eye through one of its pixels, any length, if the GPU has counted few.
@@ -27,14 +27,14 @@ pub struct LeafView {
     pub highlight: f32,
     /// The share of it that the highlight covers.
     pub highlight_share: f32,
-    /// Generation of the camera whose pixel its pixel vertex lies under; 0 if none.
-    pub sampled: u32,
-    /// Generation of the camera each of whose pixels on it was checked for mismatches; 0 if none was.
-    pub checked: u32,
+    /// Whether its pixel vertex lies under one of the view's pixels.
+    pub sampled: bool,
+    /// Whether each of its pixels was checked for mismatches.
+    pub checked: bool,
     /// How often; 0 if there is no point in checking again.
     pub checks: u32,
-    /// Lights of which its corners did not know the same when its pixels were checked, if that is worth checking again once they
-    /// do: until then its children cannot rest on it.
+    /// Lights of which its corners did not know the same when its pixels were checked, if that is worth checking
+    /// again once they do: until then its children cannot rest on it.
     pub check_open: u32,
     /// What the sums over the image hold of it.
     pub accounted: Accounted,
@@ -45,11 +45,11 @@ pub struct LeafView {
 pub struct Accounted {
     /// Pixels.
     pub pixels: f64,
-    /// Pixels × luminance.
+    /// Pixels × luminance, W·sr⁻¹·m⁻².
     pub light: f64,
-    /// Pixels × square error.
+    /// Pixels × square error, (W·sr⁻¹·m⁻²)².
     pub error: f64,
-    /// Pixels × square of the reference luminance, while what it hides is unknown.
+    /// Pixels × square of the reference luminance, (W·sr⁻¹·m⁻²)², while what it hides is unknown.
     pub unseen: f64,
 }
 
@@ -72,7 +72,8 @@ pub struct VertexView {
     /// Σ pixels × gain / 6 over the leaves of the indirect layer around it: what a unit of variance there costs the
     /// image.
     pub importance: f32,
-    /// The same over the leaves around vertices that take its prediction for want of their own samples, by their weights.
+    /// The same over the leaves around vertices that take its prediction for want of their own samples, by their
+    /// weights.
     pub importance_below: f32,
 }
 
@@ -105,13 +106,13 @@ impl ViewState {
     /// Whether the view shows a leaf.
     #[must_use]
     pub fn sees(&self, leaf: NodeId) -> bool {
-        self.leaves[leaf].generation == self.generation
+        self.leaves[leaf].visible
     }
 
     /// Whether each pixel of a leaf was checked for mismatches in this view.
     #[must_use]
     pub fn is_checked(&self, leaf: NodeId) -> bool {
-        self.leaves[leaf].checked == self.generation
+        self.leaves[leaf].checked
     }
 
     /// Whether a leaf is known to show in exactly one pixel, and in which.
@@ -123,7 +124,7 @@ impl ViewState {
     /// The slot of the pixel vertex of a leaf, if that is what the leaf's one pixel shows.
     #[must_use]
     pub fn pixel_slot(&self, cache: &Cache, leaf: NodeId) -> Option<SlotId> {
-        let is_there = self.leaves[leaf].sampled == self.generation && self.is_one_pixel(leaf);
+        let is_there = self.leaves[leaf].sampled && self.is_one_pixel(leaf);
         cache.topology.nodes[leaf].pixel_vertex.filter(|_| is_there)
     }
 
@@ -152,32 +153,22 @@ impl ViewState {
         }
     }
 
-    /// Takes a leaf into a new view, with its share of the face's pixels until they are counted, or with what is known of its pixels
-    /// if the camera is that of generation `stays`.
-    pub fn show(&mut self, id: NodeId, share: f32, stays: Option<u32>) {
+    /// Takes a leaf into the view, with its share of the face's pixels until they are counted, or with what is known of
+    /// its pixels if the camera `stays`.
+    pub fn show(&mut self, id: NodeId, share: f32, stays: bool) {
         let leaf = &mut self.leaves[id];
-        if let Some(before) = stays {
-            for generation in [&mut leaf.sampled, &mut leaf.checked] {
-                if *generation == before {
-                    *generation = self.generation;
-                }
-            }
-        } else {
-            (leaf.pixels, leaf.share, leaf.ray) = (share, share, None);
+        if !stays {
+            (leaf.pixels, leaf.share) = (share, share);
         }
-        leaf.generation = self.generation;
-        leaf.accounted = Accounted::default();
+        (leaf.visible, leaf.accounted) = (true, Accounted::default());
     }
 
-    /// Forgets what it made its leaves and vertices worth: nothing is done for the pixels of another camera. The counts of
-    /// pixels stay if the camera `stays`.
-    pub fn forget(&mut self, cache: &Cache, stays: bool) {
+    /// Forgets what it made of its leaves and vertices: nothing is done for the pixels of another camera. What is
+    /// known of pixels stays if the camera `stays`.
+    pub fn forget(&mut self, stays: bool) {
+        (self.indirect, self.vertices) = (Table::default(), Table::default());
         if !stays {
-            self.visible_leaves(cache).into_iter().for_each(|leaf| self.leaves[leaf].pixels = 0.0);
-        }
-        for leaf in self.indirect_leaves(cache) {
-            self.indirect[leaf] = IndirectLeafView::default();
-            cache.corner_vertices(leaf).into_iter().for_each(|v| self.vertices[v].importance = 0.0);
+            self.leaves = Table::default();
         }
     }
 }
@@ -193,29 +184,27 @@ mod tests {
         let root = square.roots[0];
         let vertex = square.cache.corner_vertices(root)[0];
         square.view.vertices[vertex].importance = 3.0;
-        let cache = &square.rooted.cache;
-        square.view.forget(cache, true);
+        square.view.forget(true);
         let found = (square.view.leaves[root].pixels, square.view.indirect[root].pixels);
         assert_eq!((found, square.view.vertices[vertex].importance), ((100.0, 0.0), 0.0), "the camera stays");
-        square.view.forget(cache, false);
-        assert_eq!(square.view.leaves[root].pixels, 0.0);
+        square.view.forget(false);
+        assert_eq!((square.view.leaves[root].pixels, square.view.sees(root)), (0.0, false));
     }
 
     #[test]
     fn counts_and_checks_stay_with_the_camera() {
-        let shown = |stays: Option<u32>| {
+        let shown = |stays: bool| {
             let mut square = judged(100.0);
             let root = square.roots[0];
             let leaf = &mut square.view.leaves[root];
-            (leaf.pixels, leaf.checked, leaf.sampled) = (7.0, 1, 1);
-            square.view.generation = 2;
-            assert!(!square.view.sees(root));
+            (leaf.pixels, leaf.checked, leaf.sampled) = (7.0, true, true);
+            square.view.forget(stays);
             square.view.show(root, 50.0, stays);
             assert!(square.view.sees(root));
             (square.view.leaves[root].pixels, square.view.is_checked(root))
         };
-        assert_eq!(shown(Some(1)), (7.0, true));
-        assert_eq!(shown(None), (50.0, false));
+        assert_eq!(shown(true), (7.0, true));
+        assert_eq!(shown(false), (50.0, false));
     }
 
     #[test]

@@ -1,5 +1,5 @@
-//! A new view: what became visible is created, the specular luminance is evaluated anew without a ray, and everything visible is
-//! published with the values known so far.
+//! A new view: what became visible is created, the specular luminance is evaluated anew without a ray, and everything
+//! visible is published with the values known so far.
 
 use super::engine::{Engine, Visible};
 use super::image_error::ImageError;
@@ -16,14 +16,13 @@ impl Engine {
         if !stays {
             self.checks.forget();
         }
-        self.view.forget(&self.cache, stays);
-        let before = std::mem::replace(&mut self.view.generation, visible.generation);
-        (self.view.eye, self.view.image) = (visible.eye, visible.view);
+        self.view.forget(stays);
+        (self.view.generation, self.view.eye, self.view.image) = (visible.generation, visible.eye, visible.view);
         self.view.faces.clone_from(&visible.faces);
         self.view.roots =
             visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
-        let leaves = self.draw_visible_leaves(&visible.faces, stays.then_some(before));
-        self.scheduler.clear(stays);
+        let leaves = self.draw_visible_leaves(&visible.faces, stays);
+        self.scheduler.clear();
         self.reset_tolerance();
         self.image = ImageError::default();
         let slots = self.drawn_slots(&leaves);
@@ -47,9 +46,9 @@ impl Engine {
         update
     }
 
-    /// The leaves of the visible faces, drawn and with their share of the faces' pixels until they are counted, or with the
-    /// pixels that they have if the camera is that of generation `stays`.
-    fn draw_visible_leaves(&mut self, faces: &[(FaceId, u32)], stays: Option<u32>) -> Vec<NodeId> {
+    /// The leaves of the visible faces, drawn and with their share of the faces' pixels until they are counted, or
+    /// with the pixels that they have if the camera `stays`.
+    fn draw_visible_leaves(&mut self, faces: &[(FaceId, u32)], stays: bool) -> Vec<NodeId> {
         let mut all = Vec::new();
         for (i, &(_, pixels)) in faces.iter().enumerate() {
             let start = all.len();
@@ -62,7 +61,7 @@ impl Engine {
         }
         for &leaf in &all {
             let is_flat = |&drawn: &DrawnId| self.cache.drawn.triangles[drawn].triangle.flat.is_some();
-            let is_stale = stays.is_none() && self.cache.drawn.of_node(leaf).iter().any(is_flat);
+            let is_stale = !stays && self.cache.drawn.of_node(leaf).iter().any(is_flat);
             self.publisher.draw_visible(&mut self.cache, &self.view, leaf, is_stale);
         }
         all

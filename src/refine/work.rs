@@ -55,7 +55,7 @@ pub struct SplitLeaf {
     pub node: NodeId,
     /// Its children, and the slots in the middle of its edges.
     pub split: Split,
-    /// Square of its reference luminance, if nothing but the miss rate had it split.
+    /// Square of its reference luminance, (W·sr⁻¹·m⁻²)², if nothing but the miss rate had it split.
     pub by_miss_rate: Option<f32>,
 }
 

@@ -34,7 +34,8 @@ impl Workers {
         Ok(Self { pool, nanoseconds: AtomicU64::new(0) })
     }
 
-    /// Applies `work` to runs of `items` on all threads; results come in the order of the items, whatever the threads do.
+    /// Applies `work` to runs of `items` on all threads; results come in the order of the items, whatever the threads
+    /// do.
     pub fn map_chunks<T: Sync, R: Send>(&self, items: &[T], work: impl Fn(&[T]) -> R + Sync) -> Vec<R> {
         let length = items.len().div_ceil(self.pool.current_num_threads() * 4).max(1);
         self.pool.install(|| {

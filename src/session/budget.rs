@@ -50,14 +50,11 @@ pub struct Spent {
 }
 
 impl Budget {
-    /// Error that ends a run without other limits: finer light takes many times longer and is hardly seen.
-    pub const DEFAULT_ERROR: f32 = 0.01;
-
-    /// The same limits; [`Self::DEFAULT_ERROR`] where there are none.
+    /// The same limits; where there are none, an error.
     #[must_use]
-    pub fn or_default_error(self) -> Self {
+    pub fn or_error(self, error: f32) -> Self {
         let unlimited = self.time.is_none() && self.frames.is_none() && self.rays.is_none();
-        Self { error: self.error.or(unlimited.then_some(Self::DEFAULT_ERROR)), ..self }
+        Self { error: self.error.or(unlimited.then_some(error)), ..self }
     }
 
     /// What a run may have spent when picture `index` of `of` is done, from what is spent so far: the rest is shared out evenly,
@@ -72,7 +69,7 @@ impl Budget {
             time: self.time.map(|limit| time + limit.saturating_sub(time).mul_f64(share)),
             frames: None,
             rays: self.rays.map(|limit| rays + (limit.saturating_sub(rays) as f64 * share) as u64),
-            error: Self { frames: None, ..*self }.or_default_error().error,
+            error: self.error,
         }
     }
 
@@ -125,16 +122,16 @@ mod tests {
         assert_eq!((second.time, second.rays), (seconds(9), Some(900)));
         let last = budget.share((9, 10), &spent(20, 1600));
         assert_eq!((last.time, last.rays), (seconds(20), Some(1700)), "what is overspent is gone");
-        let by_frames = Budget { frames: Some(10), ..Budget::default() }.share((3, 10), &spent(0, 0));
-        assert_eq!((by_frames.error, by_frames.rays), (Some(0.01), None), "frames are no limit for a picture");
+        let by_error = Budget { frames: Some(10), error: Some(0.1), ..Budget::default() }.share((3, 10), &spent(0, 0));
+        assert_eq!(by_error, Budget { error: Some(0.1), ..Budget::default() }, "frames are no limit for a picture");
         let alone = budget.share((0, 1), &spent(0, 0));
         assert_eq!((alone.time, alone.rays), (seconds(17), Some(1700)), "one picture has all");
     }
 
     #[test]
     fn a_run_without_limits_ends_by_error() {
-        let least = |budget: Budget| budget.or_default_error().error;
-        assert_eq!(least(Budget::default()), Some(Budget::DEFAULT_ERROR));
+        let least = |budget: Budget| budget.or_error(0.01).error;
+        assert_eq!(least(Budget::default()), Some(0.01));
         assert_eq!(least(Budget { rays: Some(1), ..Budget::default() }), None);
         assert_eq!(least(Budget { rays: Some(1), error: Some(0.2), ..Budget::default() }), Some(0.2));
         assert_eq!(Budget::default().ended_by(&Spent { error: Some(0.0), ..spent(9, 9) }), None, "no limit, no end");

@@ -69,7 +69,7 @@ impl Default for Options {
             pixel_counts: PixelCounts::default(),
             refresh: Self::REFRESH,
             redraws: 1,
-            budget: Budget::default().or_default_error(),
+            budget: Budget::default().or_error(Quality::default().error()),
         }
     }
 }
@@ -120,7 +120,7 @@ pub struct Thresholds {
     pub tolerance: f32,
 }
 
-/// A preset of [`Thresholds`].
+/// A preset of [`Thresholds`], and of the error that ends a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
     /// Coarse and quick, for looks at a scene that changes.
@@ -137,16 +137,28 @@ impl Quality {
     pub const NAMES: [(&'static str, Self); 3] =
         [("draft", Self::Draft), ("normal", Self::Normal), ("final", Self::Final)];
 
-    /// The table of presets. Tolerances are rungs of the engine's ladder, which halves them from 1e-3 on.
+    /// The table of presets. Tolerances are rungs of the engine's ladder, which halves them from 1e-3 on. The error is one that the
+    /// thresholds allow where geometry is dense: triangles of few pixels leave some percent.
+    const fn row(self) -> (Thresholds, f32) {
+        let (contrast, shadow_pixels, min_pixels, tolerance, error) = match self {
+            //             contrast  shadow  triangle  tolerance  error
+            Self::Draft => (0.05, 24.0, 6.0, 1e-3, 0.05),
+            Self::Normal => (0.02, 12.0, 3.0, 2.5e-4, 0.01),
+            Self::Final => (0.01, 6.0, 1.0, 6.25e-5, 0.004),
+        };
+        (Thresholds { contrast, shadow_pixels, min_pixels, tolerance }, error)
+    }
+
+    /// Where refinement stops.
     #[must_use]
     pub const fn thresholds(self) -> Thresholds {
-        let (contrast, shadow_pixels, min_pixels, tolerance) = match self {
-            //             contrast  shadow  triangle  tolerance
-            Self::Draft => (0.05, 24.0, 8.0, 1e-3),
-            Self::Normal => (0.02, 12.0, 3.0, 2.5e-4),
-            Self::Final => (0.01, 6.0, 1.0, 6.25e-5),
-        };
-        Thresholds { contrast, shadow_pixels, min_pixels, tolerance }
+        self.row().0
+    }
+
+    /// Estimated error of the image that ends a run without other limits: finer light takes many times longer and is hardly seen.
+    #[must_use]
+    pub const fn error(self) -> f32 {
+        self.row().1
     }
 
     /// Its name.
@@ -241,7 +253,10 @@ mod tests {
             assert!(coarse.contrast > fine.contrast && coarse.shadow_pixels > fine.shadow_pixels);
             assert!(coarse.min_pixels > fine.min_pixels && coarse.tolerance > fine.tolerance);
         }
-        assert_eq!(Refinement::default().thresholds, normal);
+        let errors = Quality::NAMES.map(|(_, quality)| quality.error());
+        assert!(errors[0] > errors[1] && errors[1] > errors[2], "{errors:?}");
+        let options = Options::default();
+        assert_eq!((options.refinement.thresholds, options.budget.error), (normal, Some(0.01)));
         assert_eq!(normal, Thresholds { contrast: 0.02, shadow_pixels: 12.0, min_pixels: 3.0, tolerance: 2.5e-4 });
         assert_eq!(Quality::NAMES.map(|(_, quality)| quality.name()), ["draft", "normal", "final"]);
     }

@@ -19,7 +19,7 @@ use crate::refine::options::Priority;
 use crate::scene::camera::ImageSize;
 use crate::scene::up_axis::UpAxis;
 use crate::scene::{Display, ToneMapping};
-use crate::session::{Budget, Options, PixelCounts, Quality, Refinement, Thresholds, thread_count};
+use crate::session::{Options, PixelCounts, Quality, Refinement, Thresholds, thread_count};
 use clap::{Args, Parser, Subcommand};
 use rayon::ThreadPool;
 use std::path::{Path, PathBuf};
@@ -194,7 +194,8 @@ pub struct BudgetArgs {
     pub rays: Option<u64>,
     /// Estimated relative error of the image, which has a default where no other limit is given
     #[arg(long, value_name = "RELATIVE", allow_negative_numbers = true, value_parser = values::positive,
-        help = format!("Estimated relative error of the image [default: {} where no other limit is given]", Budget::DEFAULT_ERROR))]
+        help = format!("Estimated relative error of the image [default: {} where no other limit is given]",
+            Quality::default().error()))]
     pub error: Option<f32>,
 }
 
@@ -220,8 +221,8 @@ const NORMAL: Thresholds = Quality::Normal.thresholds();
 #[derive(Args, Clone, Copy, Debug)]
 #[command(next_help_heading = REFINEMENT)]
 pub struct RefinementArgs {
-    /// How far light is refined: sets --min-pixels, --contrast, --shadow-size and an inner tolerance together; those that are
-    /// given win
+    /// How far light is refined: sets --min-pixels, --contrast, --shadow-size, an inner tolerance, and the error that ends a render
+    /// without other limits; those that are given win
     #[arg(long, value_name = "PRESET", default_value = Quality::default().name(), value_parser = values::quality())]
     pub quality: Quality,
     /// Only light that arrives from the sources without a bounce
@@ -247,12 +248,13 @@ pub struct RefinementArgs {
     pub min_pixels: Option<f32>,
     /// Michelson contrast that counts as a discontinuity; `None` as the preset says
     #[arg(long, value_name = "CONTRAST", allow_negative_numbers = true, value_parser = values::positive,
-        help = format!("Michelson contrast that counts as a discontinuity (with --priority random) [default: {}]", NORMAL.contrast))]
+        help = format!("Michelson contrast that counts as a discontinuity (with --priority random) [default: {}]",
+            NORMAL.contrast))]
     pub contrast: Option<f32>,
     /// Size of the smallest shadow that must not be missed, scene units; `None` as the preset says
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = values::positive,
-        help = format!("Size of the smallest shadow that must not be missed, scene units [default: about {} pixels, near the eye too]",
-            NORMAL.shadow_pixels))]
+        help = format!("Size of the smallest shadow that must not be missed, scene units [default: about {} pixels, near the \
+            eye too]", NORMAL.shadow_pixels))]
     pub shadow_size: Option<f32>,
 }
 
