@@ -102,6 +102,18 @@ fn files_are_short_enough_to_read() {
     assert!(long.is_empty(), "{}", long.join("\n"));
 }
 
+/// A file beside a test program's `main.rs` that this does not name would be left out in silence.
+#[test]
+fn every_file_of_tests_is_run() {
+    let is_left_out = |file: &&PathBuf| {
+        let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+        let main = fs::read_to_string(file.with_file_name("main.rs"));
+        stem != "main" && main.is_ok_and(|main| !main.contains(&format!("\nmod {stem};\n")))
+    };
+    let left_out: Vec<String> = sources("tests", "rs").iter().filter(is_left_out).map(|file| slashes(file)).collect();
+    assert!(left_out.is_empty(), "main.rs does not name {}", left_out.join(", "));
+}
+
 #[test]
 fn citations_are_listed() {
     let listed = fs::read_to_string(root().join("docs/references.md")).unwrap();

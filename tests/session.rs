@@ -3,6 +3,7 @@
 
 mod support;
 
+use crate::support::device::{self, add_quad, empty_scene, finish, view_of};
 use glam::Vec3;
 use penombre::error::Result;
 use penombre::geom::bvh::Bvh;
@@ -17,7 +18,6 @@ use penombre::session::{
 };
 use std::sync::Arc;
 use std::time::Duration;
-use support::{add_quad, empty_scene, finish, view_of};
 
 /// A floor under a lamp, half of it in the shadow of a board.
 fn floor() -> Arc<Scene> {
@@ -42,7 +42,7 @@ fn options(budget: Budget) -> Options {
 
 /// A session with an engine of its own, watched by the validation layers, if there is a device.
 fn with_session(options: &Options, test: impl FnOnce(&mut Session, &View)) {
-    let Some(device) = support::device() else { return };
+    let Some(device) = device::device() else { return };
     let scene = floor();
     let made_for = options.renderer_options(&device).unwrap();
     let mut renderer = Renderer::with_options(Arc::clone(&device), options.size, made_for).unwrap();
@@ -138,7 +138,7 @@ fn budgets_end_a_run() {
 
 #[test]
 fn the_same_steps_make_the_same_picture_wherever_the_engine_runs() {
-    let Some(device) = support::device() else { return };
+    let Some(device) = device::device() else { return };
     drop(device);
     let picture = |mut session: Session| {
         session.run(&mut Unobserved).unwrap();
@@ -166,7 +166,7 @@ fn the_same_steps_make_the_same_picture_wherever_the_engine_runs() {
 
 #[test]
 fn the_engine_runs_ahead_at_a_free_pace() {
-    let Some(device) = support::device() else { return };
+    let Some(device) = device::device() else { return };
     drop(device);
     let scene = floor();
     let options = Options { pace: Pace::Free, ..options(Budget::default()) };

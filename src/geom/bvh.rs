@@ -161,7 +161,7 @@ struct Found {
 
 fn to_obvhs(ray: &Ray) -> obvhs::ray::Ray {
     // Adding 0 turns −0 into 0: obvhs 0.4 takes the sign bit for the inverse and the value for the octant, and misses
-    // everything where they disagree (tests/direct_light.rs, directional light).
+    // everything where they disagree (tests/engine/direct.rs, directional light).
     let direction = ray.direction + Vec3::ZERO;
     obvhs::ray::Ray::new(ray.origin.into(), direction.into(), 0.0, ray.t_max)
 }

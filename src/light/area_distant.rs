@@ -51,7 +51,7 @@ impl Points {
 
 /// Distance in radii of the largest polygon from which a point stands in for it. Its error falls with the square: 1.0e-4 of
 /// what a receiver facing the source gets, 1.8e-4 of the irradiance itself where that is not grazing (measured:
-/// tests/area_lights.rs).
+/// tests/light/area.rs).
 const RADII: f32 = 128.0;
 /// The same where a few per cent do.
 const ROUGH_RADII: f32 = 12.0;

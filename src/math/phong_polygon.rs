@@ -7,7 +7,7 @@
 //!
 //! Γ the edge's unit normal. It is \[Arvo]'s double-axis moment for any real exponent: his finite series for whole ones is
 //! (1 − c^s)/(1 − c²) written out. The integrand is smooth along an edge, with a scale of 1/√s at the point nearest to w:
-//! Gauss–Legendre panels in t, ψ = sinh(t)/√(s+1), better than 1e-3 with five nodes a panel (tests/area_lights.rs).
+//! Gauss–Legendre panels in t, ψ = sinh(t)/√(s+1), better than 1e-3 with five nodes a panel (tests/light/area.rs).
 
 use super::polygon::{clip, edges};
 use glam::DVec3;

@@ -6,7 +6,7 @@
 //!
 //! The terms of the sum are of the order of an edge's angle ε, the sum of the order ε². Corners are therefore kept relative
 //! to one of them and Γ comes from a × (b − a), so that the relative error is about 1e-16 / ε and not 1e-16 / ε²: no other
-//! form is needed for small lights (measured: tests/area_lights.rs).
+//! form is needed for small lights (measured: tests/light/area.rs).
 
 use glam::DVec3;
 use smallvec::SmallVec;

@@ -1,4 +1,4 @@
-//! The generator behind `make-scenes`; `tests/scenes_generated.rs` includes it too.
+//! The generator behind `make-scenes`; `tests/scene/generated.rs` includes it too.
 
 mod arch;
 mod books;

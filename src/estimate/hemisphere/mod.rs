@@ -1,7 +1,7 @@
 //! Gathering light over the hemisphere above a point: three methods behind one interface.
 //!
 //! A method chooses directions, asks for the radiance that arrives from them and hands out weighted samples. It knows
-//! neither scene nor rays, so it is tested on radiances whose integrals are known (tests/hemisphere.rs). All work in the
+//! neither scene nor rays, so it is tested on radiances whose integrals are known (tests/estimate/hemisphere.rs). All work in the
 //! square of a [`Mixture`], so that one set of rays serves all normals of a vertex.
 
 mod adaptive;

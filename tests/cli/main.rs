@@ -1,0 +1,14 @@
+//! The program as a user or a script drives it.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod arguments;
+mod black_pictures;
+mod compare;
+mod convergence;
+mod diff;
+mod exr;
+mod files;
+mod messages;
+mod process;

@@ -1,0 +1,15 @@
+//! The light engine without a GPU: direct and indirect light, refinement, relighting.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod coarse_levels;
+mod covered;
+mod direct;
+mod hidden_lights;
+mod indirect;
+mod indirect_cornell;
+mod penumbrae;
+mod pixel_vertices;
+mod refinement;
+mod relighting;

@@ -1,0 +1,7 @@
+//! Estimators and the path tracer against closed forms.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod hemisphere;
+mod reference;

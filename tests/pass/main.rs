@@ -1,0 +1,15 @@
+//! Render passes on a device.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod colour;
+mod combine;
+mod counts;
+mod device;
+mod frame;
+mod luminance;
+mod patches;
+mod timing;
+mod update_modes;
+mod visibility;
