@@ -1,5 +1,6 @@
 //! Measurements of the renderer by itself, each a ratio or a cost per unit of work (docs/bench.md).
 
+pub mod ablation;
 mod choice;
 pub mod convergence;
 mod figure;

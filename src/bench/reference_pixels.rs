@@ -23,6 +23,8 @@ pub struct Error {
     pub relmse: f64,
     /// Root mean square error over the reference's mean; 0 there.
     pub rmse_over_mean: f64,
+    /// Mean of image − reference over the reference's mean.
+    pub mean_shift: f64,
 }
 
 impl ReferencePixels {
@@ -94,7 +96,30 @@ impl ReferencePixels {
         Some(Error {
             relmse: metrics.relmse - relmse,
             rmse_over_mean: (metrics.rmse.powi(2) - mean_square).max(0.0).sqrt() / self.mean,
+            mean_shift: metrics.mean_shift / self.mean,
         })
+    }
+
+    /// relMSE of each pixel that counts and is finite, the reference's own noise taken off, in their order: the mean is that of
+    /// [`Self::error`].
+    ///
+    /// # Panics
+    /// If the image has another number of pixels.
+    #[must_use]
+    pub fn relmse_of_pixels(&self, image: &[Vec3]) -> Vec<f64> {
+        assert_eq!(image.len(), self.counts.len(), "images of one size");
+        let reference = &self.image.rgb;
+        let variance = |i: usize| self.image.variance.as_ref().map_or(Vec3::ZERO, |variance| variance[i]);
+        let epsilon = self.epsilon.resolve(self.mean);
+        let relmse = |i: usize| {
+            let of_channel = |c: usize| {
+                let [x, r, v] = [image[i], reference[i], variance(i)].map(|value| f64::from(value[c]));
+                ((x - r).powi(2) - v) / (r * r + epsilon)
+            };
+            (0..3).map(of_channel).sum::<f64>() / 3.0
+        };
+        let counts = |i: &usize| self.counts[*i] && image[*i].is_finite() && reference[*i].is_finite();
+        (0..image.len()).filter(counts).map(relmse).collect()
     }
 }
 
@@ -120,6 +145,10 @@ mod tests {
         let error = reference_pixels.error(&[Vec3::splat(2.0), Vec3::splat(3.0), Vec3::ZERO]).expect("pixels");
         assert!((error.relmse - ((1.0 - 0.04) / 1.04 - 0.12 / 9.04) / 2.0).abs() < 1e-8, "{error:?}");
         assert!((error.rmse_over_mean - (0.5_f64 - 0.08).sqrt() / 2.0).abs() < 1e-8, "{error:?}");
+        assert!((error.mean_shift - 0.25).abs() < 1e-8, "{error:?}");
+        let of_pixels = reference_pixels.relmse_of_pixels(&[Vec3::splat(2.0), Vec3::splat(3.0), Vec3::ZERO]);
+        assert_eq!(of_pixels.len(), 2);
+        assert!((of_pixels.iter().sum::<f64>() / 2.0 - error.relmse).abs() < 1e-8, "{of_pixels:?}");
         let same = reference_pixels.error(&reference_pixels.image.rgb).expect("pixels");
         assert_eq!((same.relmse, same.rmse_over_mean), (-reference_pixels.own_relmse(), 0.0));
     }

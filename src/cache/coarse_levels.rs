@@ -6,6 +6,7 @@
 
 use super::coarse_grids::{LEVELS, MOST_PARENTS, Near, Neighbours, spacing};
 use super::ids::{SlotId, VertexId};
+use super::pieces::Piece;
 use super::slot::{Between, Eye, SlotLight};
 use super::store::Cache;
 use crate::math::luminance;
@@ -34,8 +35,23 @@ pub(super) struct Predicted {
 impl Cache {
     /// Takes a base vertex into the order, below the coarser ones that are there already; once for each vertex.
     pub fn place_in_coarse_levels(&mut self, vertex: VertexId) {
-        let mut parents = Neighbours::new();
-        let mut level = LEVELS;
+        let (level, parents) = self.place_among_coarser(vertex);
+        self.coarse.add(vertex, self.vertices[vertex].position, level, self.scale);
+        let slots: SmallVec<[SlotId; 4]> = self.slots_of(vertex).collect();
+        for slot in slots {
+            self.slots[slot].rank = level as u8;
+            if !parents.is_empty() {
+                self.predict_by(slot, &parents);
+            }
+        }
+    }
+
+    /// The level at which a base vertex is far enough from others, and the coarser vertices that predict it.
+    fn place_among_coarser(&self, vertex: VertexId) -> (usize, Neighbours) {
+        let (mut level, mut parents) = (LEVELS, Neighbours::new());
+        if self.without.has(Piece::CoarseLevels) {
+            return (0, parents);
+        }
         for l in 0..LEVELS {
             let near = self.coarse.near(&self.vertices, &self.vertices[vertex], l, self.scale);
             let alone = near.first().is_none_or(|n| n.distance > spacing(self.scale, l));
@@ -47,16 +63,9 @@ impl Cache {
                 break;
             }
         }
-        self.coarse.add(vertex, self.vertices[vertex].position, level, self.scale);
         // Of the coarsest, the older predict the younger.
         parents.retain(|parent| level > 0 || parent.vertex < vertex);
-        let slots: SmallVec<[SlotId; 4]> = self.slots_of(vertex).collect();
-        for slot in slots {
-            self.slots[slot].rank = level as u8;
-            if !parents.is_empty() {
-                self.predict_by(slot, &parents);
-            }
-        }
+        (level, parents)
     }
 
     /// Slots that predict a base vertex, with their weights.

@@ -5,6 +5,7 @@
 //! exact with a handful of rays; noise lives in penumbrae only.
 
 use super::ids::{NodeId, SlotId, VertexId};
+use super::pieces::Piece;
 use super::store::Cache;
 use super::vertex::Left;
 use super::visibility_prior;
@@ -128,6 +129,9 @@ pub fn visit(context: &SceneContext<'_>, cache: &Cache, job: Job, out: &mut Resu
 fn first_visit(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: VertexKind, out: &mut Results) {
     let before = out.lights.len();
     first_lights(context, cache, id, place, out);
+    if cache.without.has(Piece::Covered) {
+        return;
+    }
     // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
     let dark = out.lights[before..]
         .iter()
@@ -140,7 +144,11 @@ fn first_visit(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: V
 /// Goes through all lights, those of which most is at stake first: those that together matter little are guessed.
 fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: VertexKind, out: &mut Results) {
     let mut open: SmallVec<[Open; 128]> = SmallVec::new();
-    let around = cache.prior.cells_of(&cache.vertices[id]);
+    let around = if cache.without.has(Piece::VisibilityPrior) {
+        visibility_prior::PriorCells::default()
+    } else {
+        cache.prior.cells_of(&cache.vertices[id])
+    };
     for (loaded, light) in strengths(context, cache, id) {
         let settled = if loaded == 0.0 {
             Some(0.0)
@@ -160,7 +168,8 @@ fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: 
     let mut expected: f32 = open.iter().map(|o| o.strength * o.odds).sum();
     let mut left: f32 = open.iter().map(Open::variance).sum();
     open.sort_unstable_by(|a, b| b.variance().total_cmp(&a.variance()).then(a.light.cmp(&b.light)));
-    let many = open.iter().filter(|o| o.strength > 0.0).count() >= DEFERRED_LIGHTS;
+    let many =
+        !cache.without.has(Piece::Deferred) && open.iter().filter(|o| o.strength > 0.0).count() >= DEFERRED_LIGHTS;
     for light in open {
         let (at_stake, Open { light, strength, odds }) = (light.variance(), light);
         if strength == 0.0 || (many && left <= (DEFERRED_ERROR * expected).powi(2)) {
@@ -188,6 +197,9 @@ fn odds(cache: &Cache, around: visibility_prior::PriorCells, place: VertexKind, 
 /// Points of a light that a vertex should not fall short of: half of what those that it lies between took in its
 /// penumbra, lest it know less than they told before it was there.
 fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
+    if cache.without.has(Piece::InheritedPoints) {
+        return 0;
+    }
     let layer = &cache.layers[light as usize].visibility;
     let points = |slot: SlotId| {
         let known = layer.get(cache.slots[slot].vertex);

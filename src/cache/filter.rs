@@ -3,6 +3,7 @@
 //! smoothed away in the limit.
 
 use super::ids::{NodeId, SlotId};
+use super::pieces::Piece;
 use super::slot::{Eye, SlotLight};
 use super::store::Cache;
 use crate::estimate::light_vector::LightVector;
@@ -115,6 +116,7 @@ impl Cache {
         let own = self.indirect.sum(slot);
         let per_ray = |sum: &LightVector| sum.independent_variance() * sum.samples() as f32;
         let (mut sum, mut count) = (per_ray(&own), 1.0);
+        let others = others.filter(|_| !self.without.has(Piece::PooledVariance));
         for other in others.map(|slot| self.indirect.sum(slot)).filter(|other| other.samples() > 1) {
             sum += per_ray(&other);
             count += 1.0;

@@ -7,6 +7,7 @@
 
 use super::ids::{SlotId, VertexId};
 use super::indirect_layer::Round;
+use super::pieces::Piece;
 use super::radiance_grid::{CellKey, Deposit, RadianceGrid};
 use super::store::Cache;
 use crate::estimate::hemisphere::{self, Method};
@@ -62,7 +63,8 @@ pub fn gather(context: &SceneContext<'_>, cache: &Cache, job: GatherJob, out: &m
     let radiance = |index, direction| {
         let ray = Ray { origin: shading_point.origin, direction, t_max: f32::INFINITY };
         let grid = &cache.radiance;
-        Path { context, grid, sequence: &sequence, index, unread: unread_hits(index) }.radiance(ray, rays, deposits)
+        let unread = if cache.without.has(Piece::RadianceGrid) { u32::MAX } else { unread_hits(index) };
+        Path { context, grid, sequence: &sequence, index, unread }.radiance(ray, rays, deposits)
     };
     let indices = job.first..job.first + job.rays;
     hemisphere::gather(job.method, &normals, indices, &sequence, radiance, |sample| {

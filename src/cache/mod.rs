@@ -11,6 +11,7 @@ pub mod indirect;
 pub mod indirect_layer;
 pub mod layer;
 pub mod luminance;
+pub mod pieces;
 pub mod pixel_vertex;
 pub mod pixels;
 pub mod pool;

@@ -9,6 +9,7 @@ use super::drawn_mesh::DrawnMesh;
 use super::ids::{NodeId, SlotId, VertexId};
 use super::indirect_layer::IndirectLayer;
 use super::layer::Layer;
+use super::pieces::Pieces;
 use super::pool::{Pool, Table};
 use super::radiance_grid::RadianceGrid;
 use super::slot::{COVERED_WEIGHT, SlotRecord};
@@ -50,6 +51,8 @@ pub struct Cache {
     pub(super) roots: FxHashMap<FaceId, NodeId>,
     /// The scene's scale, scene units.
     pub(super) scale: f32,
+    /// Pieces that are taken out.
+    pub without: Pieces,
 }
 
 impl Cache {

@@ -18,7 +18,7 @@ const PRIOR: [f32; SIZES] = [1.0, 1.0, 2.0];
 const UNKNOWN: f32 = 0.5;
 
 /// Cells at a place, for one side of its surface.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PriorCells {
     cells: [Option<u32>; SIZES],
 }

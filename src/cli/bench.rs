@@ -2,7 +2,7 @@
 
 use super::args::bench::{BenchArgs, Study};
 use super::args::{SceneArgs, VerbosityArgs};
-use super::{Outcome, convergence, interrupt, output, scene};
+use super::{Outcome, ablation, convergence, interrupt, output, scene};
 use crate::bench::{Errors, Figure, Hits, Report, measure};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
@@ -34,8 +34,10 @@ struct Document<'a> {
 /// # Errors
 /// Bad input, or no default scene where none is named.
 pub fn run(args: &BenchArgs) -> Result<Outcome> {
-    if let Some(Study::Convergence(args)) = &args.study {
-        return convergence::run(args);
+    match &args.study {
+        Some(Study::Convergence(args)) => return convergence::run(args),
+        Some(Study::Ablate(args)) => return ablation::run(args),
+        None => {}
     }
     let scene_args = SceneArgs { path: scene_path(args)?, camera: args.camera.clone(), size: SIZE, up: args.up };
     let loaded = scene::load_and_warn(&scene_args, args.cpu.verbosity)?;
@@ -45,11 +47,7 @@ pub fn run(args: &BenchArgs) -> Result<Outcome> {
     let (bvh, lights) = (Bvh::build(&loaded.scene), Lights::new(&loaded.scene));
     let context = SceneContext::new(&loaded.scene, &bvh, &lights, args.cpu.seed, loaded.scene.scale());
     let progress = progress(args.cpu.verbosity);
-    let report = measure(&context, &view, &pool, &|what| {
-        progress.set_message(what.to_owned());
-        progress.tick();
-        !interrupt::requested()
-    });
+    let report = measure(&context, &view, &pool, &|what| say(&progress, what));
     progress.finish_and_clear();
     let Some(report) = report else { return Ok(Outcome::Interrupted) };
     let document = Document {
@@ -78,6 +76,13 @@ pub fn progress(verbosity: VerbosityArgs) -> ProgressBar {
     }
     let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
     bar.with_style(ProgressStyle::with_template("{elapsed} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Says what is going on; whether to go on.
+pub fn say(progress: &ProgressBar, what: &str) -> bool {
+    progress.set_message(what.to_owned());
+    progress.tick();
+    !interrupt::requested()
 }
 
 fn json(document: &Document<'_>) -> Result<String> {

@@ -2,8 +2,10 @@
 
 use super::args::SceneArgs;
 use super::args::bench::ConvergenceArgs;
+use super::bench::say;
 use super::convergence_report::{Document, targets};
-use super::{Outcome, interrupt, output, scene};
+use super::engine_run::{Measuring, combined, follow, nothing_to_compare};
+use super::{Outcome, output, scene};
 use crate::bench::convergence::{Curve, Point, path_tracer};
 use crate::bench::reference_pixels::ReferencePixels;
 use crate::error::{Error, Result};
@@ -18,7 +20,6 @@ use crate::scene::Display;
 use crate::scene::load::Loaded;
 use crate::session::{Observer, Opening, Session};
 use glam::Vec3;
-use indicatif::ProgressBar;
 use std::sync::Arc;
 
 /// Errors are measured at these times and their tenfolds, CPU seconds.
@@ -48,20 +49,20 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     let device = session.renderer().device().report().name.clone();
     session.look(&view, &[])?;
     let progress = super::bench::progress(args.cpu.verbosity);
-    let race = Race {
-        reference_pixels: &reference_pixels,
-        display: scene.display,
-        limit: args.time.as_secs_f64(),
-        progress: &progress,
-    };
-    let Some(curve) = race.run(&mut session)? else { return Ok(Outcome::Interrupted) };
+    let limit = args.time.as_secs_f64();
+    let mut race = Race::new(&reference_pixels, scene.display, limit);
+    let going_on = |stats: &EngineStats| say(&progress, &format!("light engine, {:.1} CPU s", stats.cpu_seconds));
+    if !follow(&mut session, &mut race, &going_on)? {
+        return Ok(Outcome::Interrupted);
+    }
+    let curve = Curve { points: race.points };
     // The device's threads must not run beside the path tracer.
     drop(session);
     let (lights, pool) = (Lights::new(&scene), args.cpu.pool()?);
     let context = SceneContext::new(&scene, &bvh, &lights, args.cpu.seed, scene.scale());
     let enough = targets().fold(f64::INFINITY, f64::min);
     let step = |what: &str| say(&progress, what);
-    let tracer = path_tracer(&context, &view, settings(args), &reference_pixels, &pool, (enough, race.limit), &step);
+    let tracer = path_tracer(&context, &view, settings(args), &reference_pixels, &pool, (enough, limit), &step);
     progress.finish_and_clear();
     let Some(tracer) = tracer else { return Ok(Outcome::Interrupted) };
     let document = Document::new(args, &scene, &device, &reference_pixels, curve, tracer);
@@ -82,73 +83,49 @@ const fn settings(args: &ConvergenceArgs) -> Settings {
     Settings { filter: Filter::Point, transport, strategy: Strategy::Both }
 }
 
-/// Says what is going on; whether to go on.
-fn say(progress: &ProgressBar, what: &str) -> bool {
-    progress.set_message(what.to_owned());
-    progress.tick();
-    !interrupt::requested()
-}
-
-/// The engine against a reference. Batches of fixed work, frames between them: nothing runs beside the engine, so that its CPU time is
-/// its own, and the same seed gives the same images.
+/// Errors of the engine over CPU time, until the limit or until nothing is left to do.
 struct Race<'a> {
     reference_pixels: &'a ReferencePixels,
     display: Display,
-    /// CPU seconds.
-    limit: f64,
-    progress: &'a ProgressBar,
-}
-
-/// Wants a picture when the error is due to be measured.
-struct Measuring {
-    /// CPU seconds.
+    /// The reference as it is displayed, for FLIP, where it has all pixels.
+    displayed: Option<Vec<[u8; 3]>>,
+    /// When the error is next due to be measured, CPU seconds.
     due: f64,
+    /// CPU seconds.
     limit: f64,
+    points: Vec<Point>,
 }
 
-impl Measuring {
-    fn is_last(&self, stats: &EngineStats) -> bool {
-        stats.cpu_seconds >= self.limit || stats.converged
-    }
-}
-
-impl Observer for Measuring {
+impl Observer for Race<'_> {
     fn wants_picture(&mut self, stats: &EngineStats) -> bool {
         (stats.cpu_seconds >= self.due || self.is_last(stats)) && stats.rays > 0
     }
 }
 
-impl Race<'_> {
-    /// Errors over CPU time until the limit, or until nothing is left to do; `None` if it was broken off.
-    fn run(&self, session: &mut Session) -> Result<Option<Curve>> {
-        let image = self.reference_pixels.image();
-        let reference = image.sampled.is_none().then(|| flip::displayed(&image.rgb, &self.display));
-        let mut points: Vec<Point> = Vec::new();
-        let mut measuring = Measuring { due: 0.0, limit: self.limit };
-        loop {
-            let stats = session.step(&mut measuring)?.engine;
-            if measuring.wants_picture(&stats) {
-                measuring.due = next_time(stats.cpu_seconds);
-                points.push(self.point(session, &stats, reference.as_deref())?);
-            }
-            if !say(self.progress, &format!("light engine, {:.1} CPU s", stats.cpu_seconds)) {
-                return Ok(None);
-            }
-            if measuring.is_last(&stats) {
-                return Ok(Some(Curve { points }));
-            }
-        }
+impl Measuring for Race<'_> {
+    fn measure(&mut self, session: &mut Session, stats: &EngineStats) -> Result<()> {
+        self.due = next_time(stats.cpu_seconds);
+        let point = self.point(&combined(session)?, stats)?;
+        self.points.push(point);
+        Ok(())
     }
 
-    fn point(&self, session: &mut Session, stats: &EngineStats, reference: Option<&[[u8; 3]]>) -> Result<Point> {
-        let image: Vec<Vec3> =
-            session.renderer_mut().read_layers()?.combined.iter().map(|&[r, g, b, _]| Vec3::new(r, g, b)).collect();
-        let error = self
-            .reference_pixels
-            .error(&image)
-            .ok_or_else(|| Error::Usage("no pixel is left to compare".to_owned()))?;
-        let flip = reference.and_then(|reference| {
-            let displayed = flip::displayed(&image, &self.display);
+    fn is_last(&self, stats: &EngineStats) -> bool {
+        stats.cpu_seconds >= self.limit || stats.converged
+    }
+}
+
+impl<'a> Race<'a> {
+    fn new(reference_pixels: &'a ReferencePixels, display: Display, limit: f64) -> Self {
+        let image = reference_pixels.image();
+        let displayed = image.sampled.is_none().then(|| flip::displayed(&image.rgb, &display));
+        Self { reference_pixels, display, displayed, due: 0.0, limit, points: Vec::new() }
+    }
+
+    fn point(&self, image: &[Vec3], stats: &EngineStats) -> Result<Point> {
+        let error = self.reference_pixels.error(image).ok_or_else(nothing_to_compare)?;
+        let flip = self.displayed.as_deref().and_then(|reference| {
+            let displayed = flip::displayed(image, &self.display);
             flip::mean(
                 &flip::error_map(&displayed, reference, self.reference_pixels.image().size),
                 Some(self.reference_pixels.counts()),

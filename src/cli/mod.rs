@@ -1,5 +1,7 @@
 //! The command line: arguments and one file a subcommand.
 
+pub mod ablation;
+pub mod ablation_report;
 pub mod args;
 pub mod bench;
 mod black_picture;
@@ -7,6 +9,7 @@ pub mod compare;
 pub mod convergence;
 pub mod convergence_report;
 pub mod diff;
+mod engine_run;
 pub mod info;
 pub mod interrupt;
 pub mod numbered;

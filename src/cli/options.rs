@@ -1,7 +1,8 @@
 //! What was typed, as a session takes it.
 
+use super::args::ablate::AblateArgs;
 use super::args::bench::ConvergenceArgs;
-use super::args::{BudgetArgs, CompareArgs, RefinementArgs, RenderArgs};
+use super::args::{BudgetArgs, CompareArgs, CpuArgs, DeviceArgs, RefinementArgs, RenderArgs};
 use crate::pass::UpdateMode;
 use crate::scene::camera::ImageSize;
 use crate::session::{Batches, Budget, Options, Pace, Refinement, Thresholds};
@@ -38,23 +39,36 @@ impl RenderArgs {
 }
 
 impl ConvergenceArgs {
-    /// The options of the engine's run: batches of fixed work, more between frames as rays add up, pictures when they are measured.
+    /// The options of the engine's run.
     #[must_use]
     pub fn options(&self, size: ImageSize) -> Options {
-        // Pixels are counted as often as by `render`, a few times a second.
-        let batches = Batches { rays: 20_000, most: 400_000, counts_lag: 0 };
-        Options {
-            size,
-            device: self.device.device.clone(),
-            threads: self.cpu.threads,
-            seed: self.cpu.seed,
-            pace: Pace::Fixed(batches),
-            refinement: self.refinement.options(self.filtered),
-            update: UpdateMode::Stencil,
-            refresh: Duration::MAX,
-            budget: Budget::default(),
-            ..Options::default()
-        }
+        measured(size, &self.cpu, &self.device, self.refinement.options(self.filtered))
+    }
+}
+
+impl AblateArgs {
+    /// The options of the engine's runs with all pieces, of the first seed.
+    #[must_use]
+    pub fn options(&self, size: ImageSize) -> Options {
+        measured(size, &self.cpu, &self.device, self.refinement.options(self.filtered))
+    }
+}
+
+/// The options of a run that is measured: batches of fixed work, more between frames as rays add up, pictures when they are asked for.
+fn measured(size: ImageSize, cpu: &CpuArgs, device: &DeviceArgs, refinement: Refinement) -> Options {
+    // Pixels are counted as often as by `render`, a few times a second.
+    let batches = Batches { rays: 20_000, most: 400_000, counts_lag: 0 };
+    Options {
+        size,
+        device: device.device.clone(),
+        threads: cpu.threads,
+        seed: cpu.seed,
+        pace: Pace::Fixed(batches),
+        refinement,
+        update: UpdateMode::Stencil,
+        refresh: Duration::MAX,
+        budget: Budget::default(),
+        ..Options::default()
     }
 }
 
@@ -94,6 +108,7 @@ impl RefinementArgs {
                 ..preset
             },
             shadow_size: self.shadow_size,
+            without: self.without(),
         }
     }
 }

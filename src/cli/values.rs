@@ -1,10 +1,11 @@
 //! Parsers of option values; each message says what is wrong and what would be right.
 
+use super::args::ablate::AblatedScene;
 use crate::estimate::hemisphere::Method;
 use crate::image::FileFormat;
 use crate::image::exr::MAX_SIDE;
 use crate::pass::{DepthFormat, DepthOrder, UpdateMode};
-use crate::refine::options::Priority;
+use crate::refine::options::{Piece, Priority};
 use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
 use crate::scene::up_axis::UpAxis;
@@ -45,6 +46,12 @@ fn duration(text: &str, unit: f64) -> Option<Duration> {
 pub fn positive(text: &str) -> Result<f32, String> {
     let value = text.parse::<f32>().ok().filter(|v| v.is_finite() && *v > 0.0);
     value.ok_or_else(|| "expected a number more than 0, as in 0.01".to_owned())
+}
+
+/// A share from 0 up to 1, that left out.
+pub fn share(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|v| (0.0..1.0).contains(v));
+    value.ok_or_else(|| "expected a share of 0 or more and less than 1, as in 0.01".to_owned())
 }
 
 /// A finite number ≥ 0.
@@ -125,6 +132,24 @@ pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
 /// A priority by name.
 pub fn priority() -> impl TypedValueParser<Value = Priority> {
     named(Priority::NAMES)
+}
+
+/// A scene with its reference and, behind that, its camera.
+pub fn ablated_scene(text: &str) -> Result<AblatedScene, String> {
+    let form = || "expected SCENE=REF.exr or SCENE=REF.exr@CAMERA, as in box.toml=box.exr@left".to_owned();
+    let is_exr = |text: &str| FileFormat::of(Path::new(text)) == Some(FileFormat::Exr);
+    let (scene, rest) = text.split_once('=').filter(|(scene, _)| !scene.is_empty()).ok_or_else(form)?;
+    let (reference, camera) = match rest.rsplit_once('@') {
+        Some((reference, camera)) if is_exr(reference) => (reference, Some(camera.to_owned())),
+        _ => (rest, None),
+    };
+    let found = AblatedScene { path: scene.into(), reference: reference.into(), camera };
+    if is_exr(reference) { Ok(found) } else { Err(form()) }
+}
+
+/// A piece of the engine by name.
+pub fn piece() -> impl TypedValueParser<Value = Piece> {
+    named(Piece::NAMES)
 }
 
 /// A preset of quality, by name.
@@ -209,12 +234,29 @@ mod tests {
         assert_eq!(limit("0"), Ok(0.0));
         assert!(limit("-1").is_err() && limit("nan").is_err() && limit("inf").is_err());
         assert_eq!(stops("-1.5"), Ok(-1.5));
+        assert_eq!((share("0"), share("0.5")), (Ok(0.0), Ok(0.5)));
+        assert!(["1", "-0.1", "nan", "1 %"].iter().all(|bad| share(bad).is_err()));
         for bad in ["0", "-1", "nan", "inf", "1e39"] {
             assert!(positive(bad).is_err(), "{bad}");
         }
         for bad in ["65", "nan", "-inf"] {
             assert!(stops(bad).is_err(), "{bad}");
         }
+    }
+
+    #[test]
+    fn scenes_with_references() {
+        let parts = |text| {
+            let AblatedScene { path, reference, camera } = ablated_scene(text).ok()?;
+            Some((path.to_str()?.to_owned(), reference.to_str()?.to_owned(), camera.unwrap_or_default()))
+        };
+        let of = |path: &str, reference: &str, camera: &str| Some((path.into(), reference.into(), camera.into()));
+        assert_eq!(parts("a/b.toml=c.exr"), of("a/b.toml", "c.exr", ""));
+        assert_eq!(parts("b.obj=d@e/c.EXR@left"), of("b.obj", "d@e/c.EXR", "left"));
+        assert_eq!(parts("b.obj=d@e/c.exr"), of("b.obj", "d@e/c.exr", ""));
+        assert!(
+            ["", "b.toml", "=c.exr", "b.toml=", "b.toml=c.png", "b.toml@left"].iter().all(|bad| parts(bad).is_none())
+        );
     }
 
     #[test]

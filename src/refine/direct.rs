@@ -2,6 +2,7 @@
 //! contradicted.
 
 use super::engine::Engine;
+use super::options::Piece;
 use super::scheduler::Task;
 use super::view::VertexView;
 use super::work::{Grown, Lit, SplitLeaf, Work};
@@ -41,7 +42,7 @@ impl Engine {
         let middles = grown.splits.iter().flat_map(|leaf| leaf.split.middles);
         slots.extend(middles.filter(|&slot| !self.cache.slots[slot].direct.known));
         let first_visits = !work.first_visits.is_empty();
-        if !first_visits {
+        if !first_visits && !self.options.without.has(Piece::Confirm) {
             self.confirm(&grown.splits, &mut slots);
         }
         slots.sort_unstable();

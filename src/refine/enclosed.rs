@@ -3,6 +3,7 @@
 
 use super::engine::Engine;
 use super::indirect_error::PROOF_OF_DARKNESS;
+use super::options::Piece;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::geom::Ray;
 use glam::Vec3;
@@ -15,6 +16,9 @@ impl Engine {
     /// Finds vertices inside something: none of their rays found any light, no light reaches them, and neighbours do
     /// see light. Where a surface runs into a wall its light must not fade towards what is behind.
     pub(super) fn find_enclosed(&mut self, vertices: &[VertexId]) {
+        if self.options.without.has(Piece::Enclosed) {
+            return;
+        }
         for &vertex in vertices {
             let slots: Vec<SlotId> = self.cache.slots_of(vertex).collect();
             let dark = |s: &SlotId| self.cache.slots[*s].indirect.diffuse == Vec3::ZERO;

@@ -6,7 +6,7 @@
 use super::error_model::ErrorModel;
 use super::image_error::ImageError;
 use super::miss_rate::MissRate;
-use super::options::Options;
+use super::options::{Options, Piece};
 use super::pixel_checks::PixelChecks;
 use super::predictions::Predictions;
 use super::publisher::Publisher;
@@ -100,7 +100,8 @@ impl Engine {
     pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, options: Options) -> Self {
         let lights = Lights::in_groups(&scene, options.max_light_groups);
         let mut cache = Cache::new(&scene, lights.group_count());
-        cache.indirect.filter = options.filter;
+        cache.indirect.filter = options.filter && !options.without.has(Piece::Filter);
+        cache.without = options.without;
         Self {
             weld: Weld::new(&scene),
             scale: scene.scale(),
@@ -110,7 +111,7 @@ impl Engine {
             scheduler: Scheduler::default(),
             image: ImageError::default(),
             miss_rate: MissRate::default(),
-            checks: PixelChecks::default(),
+            checks: PixelChecks::new(!options.without.has(Piece::CheckRate)),
             predictions: Predictions::default(),
             publisher: Publisher::default(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),

@@ -1,7 +1,7 @@
 //! What a task is worth: expected drop of the image's square error a ray (docs/method/what-to-trace-next.md).
 
 use super::image_error::LeafError;
-use super::options::{Options, Priority};
+use super::options::{Options, Piece, Priority};
 use super::reflectances::Reflectances;
 use super::view::{FEW_PIXELS, ViewState};
 use crate::cache::ids::{NodeId, SlotId, VertexId};
@@ -92,6 +92,11 @@ fn michelson(a: [f32; 2], b: [f32; 2]) -> f32 {
 }
 
 impl ErrorModel<'_> {
+    /// Whether a piece of the engine is taken out.
+    pub(super) const fn lacks(&self, piece: Piece) -> bool {
+        self.options.without.has(piece)
+    }
+
     /// Luminance, W·sr⁻¹·m⁻², shown at a slot on a face of direct and of indirect light.
     pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
         let (record, specular) = (&self.cache.slots[slot], &self.view.specular[slot]);
@@ -148,7 +153,11 @@ impl ErrorModel<'_> {
     fn unmeasured_edge(&self, id: NodeId, contrast: f32) -> f32 {
         let node = &self.cache.topology.nodes[id];
         let is_small_face = node.level == 0 && self.view.leaves[id].pixels <= SMALL_FACE;
-        if is_small_face && contrast > SHADOW_CONTRAST { UNMEASURED_EDGE * contrast * contrast } else { 0.0 }
+        if is_small_face && !self.lacks(Piece::UnmeasuredEdge) && contrast > SHADOW_CONTRAST {
+            UNMEASURED_EDGE * contrast * contrast
+        } else {
+            0.0
+        }
     }
 
     /// The vertex inside a leaf, if that is what the leaf's one pixel shows.
@@ -168,7 +177,7 @@ impl ErrorModel<'_> {
     #[must_use]
     pub fn pixel_sample_key(&self, id: NodeId) -> f32 {
         let leaf = &self.view.leaves[id];
-        if !self.view.is_one_pixel(id) || self.options.priority == Priority::Random || self.settled(id).is_some() {
+        if !self.samples_pixels() || !self.view.is_one_pixel(id) || self.settled(id).is_some() {
             return 0.0;
         }
         let light = self.leaf(id);
@@ -180,8 +189,12 @@ impl ErrorModel<'_> {
     /// it is known which pixel that is.
     fn belongs_to_a_pixel(&self, id: NodeId) -> bool {
         let leaf = &self.view.leaves[id];
-        (self.view.is_one_pixel(id) || (self.options.counted && leaf.pixels <= 1.0))
-            && self.options.priority == Priority::Error
+        (self.view.is_one_pixel(id) || (self.options.counted && leaf.pixels <= 1.0)) && self.samples_pixels()
+    }
+
+    /// Whether leaves as small as a pixel are sampled where that sees them.
+    fn samples_pixels(&self) -> bool {
+        self.options.priority == Priority::Error && !self.lacks(Piece::PixelSamples)
     }
 
     /// Square error of interpolation over a node that has just been split, from the surpluses at its edges' middles,
@@ -295,7 +308,8 @@ impl ErrorModel<'_> {
             if parent.is_some_and(|mismatch| mismatch > 0.0) { self.options.min_pixels * HARD_PIXELS } else { PROBED };
         let leaf = &self.view.leaves[id];
         let located = leaf.ray.is_some() || !self.options.counted || leaf.pixels > FEW_PIXELS as f32;
-        node.direct.mismatch.is_none()
+        !self.lacks(Piece::Probes)
+            && node.direct.mismatch.is_none()
             && located
             && leaf.pixels >= least
             && node.corners.iter().all(|slot| self.cache.slots[*slot].direct.known)
@@ -305,7 +319,10 @@ impl ErrorModel<'_> {
     /// Whether the midpoints of a leaf may take its corners' word for what they see of a light.
     pub(super) fn trusts_corners(&self, id: NodeId) -> bool {
         let mean = || self.corners(id).0.iter().map(|[direct, indirect]| direct + indirect).sum::<f32>() / 3.0;
-        self.is_small(id) && self.mismatch(id) == 0.0 && !self.hides_contrast(id, mean())
+        !self.lacks(Piece::Agreement)
+            && self.is_small(id)
+            && self.mismatch(id) == 0.0
+            && !self.hides_contrast(id, mean())
     }
 
     /// How much brighter than it is drawn a leaf is somewhere between its corners.
@@ -319,7 +336,9 @@ impl ErrorModel<'_> {
     /// since eyes and encodings tell darks apart.
     pub(super) fn display_gain(&self, luminance: f32) -> f32 {
         let against_mean = (luminance / self.mean.max(f32::MIN_POSITIVE)).max(LEAST_DARK);
-        (1.0 + luminance / self.options.white).powi(-4) * against_mean.powf(-DARKS)
+        let white = if self.lacks(Piece::Display) { f32::INFINITY } else { self.options.white };
+        let darks = if self.lacks(Piece::Darks) { 0.0 } else { DARKS };
+        (1.0 + luminance / white).powi(-4) * against_mean.powf(-darks)
     }
 
     /// Square error expected of a shadow too small to have been seen.
@@ -336,7 +355,8 @@ impl ErrorModel<'_> {
     #[must_use]
     pub fn split_by_miss_rate(&self, id: NodeId) -> Option<f32> {
         let light = self.leaf(id);
-        let agrees = !light.covered && light.interpolation <= self.hidden_shadow(&light);
+        let agrees =
+            !self.lacks(Piece::MissRate) && !light.covered && light.interpolation <= self.hidden_shadow(&light);
         (agrees && !self.is_small(id)).then(|| self.reference_luminance(&light).powi(2)).filter(|square| *square > 0.0)
     }
 

@@ -2,6 +2,8 @@
 
 use crate::estimate::hemisphere::Method;
 
+pub use crate::cache::pieces::{Piece, Pieces};
+
 /// How the next leaf to split is chosen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Priority {
@@ -47,4 +49,6 @@ pub struct Options {
     pub white: f32,
     /// Error of a pixel, relative to the image's mean, below which refinement stops.
     pub tolerance: f32,
+    /// Pieces of the engine that are taken out.
+    pub without: Pieces,
 }

@@ -4,7 +4,7 @@
 
 use super::error_model::ErrorModel;
 use super::miss_rate::MissRate;
-use super::options::Priority;
+use super::options::{Piece, Priority};
 use super::view::ViewState;
 use crate::cache::ids::NodeId;
 use crate::cache::pixels::pixels_of;
@@ -49,6 +49,8 @@ pub struct PixelChecks {
     mismatches: FxHashMap<NodeId, PixelMismatches>,
     /// How likely a small leaf is to hide something.
     miss_rate: MissRate,
+    /// Whether that is learnt.
+    learns: bool,
     /// Rays traced, and about as many more as leaves that were taken will cost.
     rays: u64,
     promised: u64,
@@ -74,13 +76,14 @@ pub struct Reference {
     pub reflectance: f32,
 }
 
-impl Default for PixelChecks {
-    fn default() -> Self {
-        Self { mismatches: FxHashMap::default(), miss_rate: MissRate::new(PRIOR[0], PRIOR[1]), rays: 0, promised: 0 }
-    }
-}
-
 impl PixelChecks {
+    /// Nothing is checked yet; whether checks tell how likely the next are to find something, or that stays what it is at first.
+    #[must_use]
+    pub fn new(learns: bool) -> Self {
+        let miss_rate = MissRate::new(PRIOR[0], PRIOR[1]);
+        Self { mismatches: FxHashMap::default(), miss_rate, learns, rays: 0, promised: 0 }
+    }
+
     /// Forgets the mismatches, not how likely they were.
     pub fn forget(&mut self) {
         self.mismatches.clear();
@@ -121,7 +124,7 @@ impl PixelChecks {
         };
         leaf.checked = true;
         let square = of.luminance.powi(2);
-        if square > 0.0 && found.pixels > 0 && !again {
+        if self.learns && square > 0.0 && found.pixels > 0 && !again {
             let error = |m: &PixelMismatch| ((of.reflectance * m.luminance).powi(2) / square).min(1.0);
             let sum: f32 = found.mismatches.iter().map(error).sum();
             self.miss_rate.note(sum / found.pixels as f32);
@@ -174,6 +177,7 @@ impl ErrorModel<'_> {
     pub(super) fn wants_check(&self, id: NodeId) -> bool {
         let (node, leaf) = (&self.cache.topology.nodes[id], &self.view.leaves[id]);
         self.options.priority == Priority::Error
+            && !self.lacks(Piece::Checks)
             && self.view.image.is_some()
             && node.children.is_none()
             && leaf.visible
@@ -218,7 +222,7 @@ mod tests {
 
     #[test]
     fn checks_get_their_share_of_the_rays_whatever_they_are_worth() {
-        let mut checks = PixelChecks::default();
+        let mut checks = PixelChecks::new(true);
         assert!(checks.are_due(0.0, Some(1.0), 1));
         checks.promise(10.0);
         assert!(!checks.are_due(0.0, Some(1.0), 719) && checks.are_due(0.0, Some(1.0), 721));
@@ -228,7 +232,7 @@ mod tests {
 
     #[test]
     fn checks_compete_by_the_miss_rate() {
-        let mut checks = PixelChecks::default();
+        let mut checks = PixelChecks::new(true);
         checks.note_rays(1_000_000);
         // A hundredth times ten.
         assert!(checks.are_due(1.0, Some(0.09), 10) && !checks.are_due(1.0, Some(0.11), 10));
@@ -244,7 +248,7 @@ mod tests {
 
     #[test]
     fn mismatches_are_handed_down_to_the_children_that_they_lie_in() {
-        let (mut square, mut checks) = (judged(10.0), PixelChecks::default());
+        let (mut square, mut checks) = (judged(10.0), PixelChecks::new(true));
         let root = square.roots[0];
         let split = square.split(root);
         let inside = |node: NodeId| square.cache.corner_positions(node).iter().sum::<Vec3>() / 3.0;
@@ -267,7 +271,7 @@ mod tests {
 
     #[test]
     fn what_was_checked_with_lights_left_out_is_checked_anew_below() {
-        let (mut square, mut checks) = (judged(10.0), PixelChecks::default());
+        let (mut square, mut checks) = (judged(10.0), PixelChecks::new(true));
         let root = square.roots[0];
         let split = square.split(root);
         let Judged { rooted, view, .. } = &mut square;
@@ -280,7 +284,7 @@ mod tests {
 
     #[test]
     fn checks_tell_how_much_leaves_hide() {
-        let (mut square, mut checks) = (judged(10.0), PixelChecks::default());
+        let (mut square, mut checks) = (judged(10.0), PixelChecks::new(true));
         let Judged { rooted, view, .. } = &mut square;
         let (root, of) = (rooted.roots[0], Reference { luminance: 1.0, reflectance: 0.8 });
         for _ in 0..100 {

@@ -2,6 +2,7 @@
 //! the corners of a leaf know nothing.
 
 use super::engine::Engine;
+use super::options::Piece;
 use crate::cache::ids::NodeId;
 use crate::cache::pixels::weights_on_ray;
 use crate::cache::visibility_probe::mismatch;
@@ -71,7 +72,8 @@ impl Engine {
     fn shows_highlights(&self, id: NodeId) -> bool {
         let node = &self.cache.topology.nodes[id];
         let slots = node.corners.map(|slot| &self.cache.slots[slot]);
-        self.view.leaves[id].pixels > 0.0
+        !self.options.without.has(Piece::Highlights)
+            && self.view.leaves[id].pixels > 0.0
             && self.view.sees(id)
             && slots.iter().all(|slot| slot.direct.known && slot.shininess.is_some())
     }

@@ -1,7 +1,7 @@
 //! What keys are computed from, of a square in view, for unit tests.
 
 use super::error_model::ErrorModel;
-use super::options::{Options, Priority};
+use super::options::{Options, Pieces, Priority};
 use super::reflectances::Reflectances;
 use super::view::ViewState;
 use crate::cache::ids::{NodeId, SlotId};
@@ -32,6 +32,7 @@ pub fn judged(pixels: f32) -> Judged {
 fn options() -> Options {
     Options {
         seed: 1,
+        without: Pieces::default(),
         indirect: true,
         filter: true,
         hemisphere: Method::Stratified,

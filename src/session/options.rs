@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::estimate::hemisphere::Method;
 use crate::light::lights::MAX_LIGHT_GROUPS;
 use crate::pass::{Depth, DepthFormat, DepthOrder, RendererOptions, UpdateMode};
-use crate::refine::options::{Options as EngineOptions, Priority};
+use crate::refine::options::{Options as EngineOptions, Pieces, Priority};
 use crate::scene::camera::ImageSize;
 use crate::scene::{Display, Scene};
 use crate::vk::Device;
@@ -91,6 +91,8 @@ pub struct Refinement {
     pub thresholds: Thresholds,
     /// Size of the smallest shadow that must not be missed, scene units; `None` goes by [`Thresholds::shadow_pixels`].
     pub shadow_size: Option<f32>,
+    /// Pieces of the engine that are taken out, to measure what they are worth.
+    pub without: Pieces,
 }
 
 impl Default for Refinement {
@@ -103,6 +105,7 @@ impl Default for Refinement {
             priority: Priority::default(),
             thresholds: Quality::default().thresholds(),
             shadow_size: None,
+            without: Pieces::default(),
         }
     }
 }
@@ -207,7 +210,7 @@ impl Options {
     /// What the engine is made with.
     #[must_use]
     pub fn engine_options(&self, scene: &Scene) -> EngineOptions {
-        let Refinement { indirect, filter, hemisphere, max_light_groups, priority, thresholds, shadow_size } =
+        let Refinement { indirect, filter, hemisphere, max_light_groups, priority, thresholds, shadow_size, without } =
             self.refinement;
         let Thresholds { contrast, shadow_pixels, min_pixels, tolerance } = thresholds;
         let image = self.size.width.max(self.size.height) as f32;
@@ -227,6 +230,7 @@ impl Options {
             shadow_pixels: shadow_size.map_or(shadow_pixels * shadow_pixels / 2.0, |_| f32::INFINITY),
             white: (-self.display_of(scene).exposure).exp2(),
             tolerance,
+            without,
         }
     }
 

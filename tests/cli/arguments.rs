@@ -6,7 +6,7 @@ use penombre::cli::args::reference::{PixelFilter, ReferenceArgs};
 use penombre::cli::args::{Cli, Command, RenderArgs};
 use penombre::estimate::hemisphere::Method;
 use penombre::pass::UpdateMode;
-use penombre::refine::options::Priority;
+use penombre::refine::options::{Piece, Pieces, Priority};
 use penombre::scene::camera::ImageSize;
 use penombre::scene::{Display, ToneMapping};
 use penombre::session::{Batches, Budget, Options, Pace, PixelCounts, Quality, Thresholds};
@@ -191,7 +191,7 @@ fn every_option_of_bench_convergence_arrives() {
         match parse(&line) {
             Ok(Command::Bench(args)) => match args.study {
                 Some(Study::Convergence(args)) => args,
-                None => panic!("{line}"),
+                other => panic!("{line}: {other:?}"),
             },
             other => panic!("{line}: {other:?}"),
         }
@@ -219,6 +219,62 @@ fn every_option_of_bench_convergence_arrives() {
         assert!(refused(line).contains(part), "{line}");
     }
     assert!(convergence("--plot r.exr.svg").check().is_ok());
+}
+
+#[test]
+fn every_option_of_bench_ablate_arrives() {
+    let ablate = |options: &str| {
+        let line = format!("bench ablate s.toml=r.exr t.obj=q.exr@left {options}");
+        match parse(&line) {
+            Ok(Command::Bench(args)) => match args.study {
+                Some(Study::Ablate(args)) => args,
+                other => panic!("{line}: {other:?}"),
+            },
+            other => panic!("{line}: {other:?}"),
+        }
+    };
+    let args = ablate(
+        "--pieces checks,filter --pieces checks --seeds 2 --rays 5000,1000,5000 --trim 0.05 --filtered --json --seed 5 -q --without darks \
+         --device llvm",
+    );
+    let scenes: Vec<_> =
+        args.scenes.iter().map(|s| (s.path.to_str(), s.reference.to_str(), s.camera.as_deref())).collect();
+    assert_eq!(scenes, [(Some("s.toml"), Some("r.exr"), None), (Some("t.obj"), Some("q.exr"), Some("left"))]);
+    assert_eq!((args.pieces(), args.rays()), (vec![Piece::Filter, Piece::Checks], vec![1000, 5000]));
+    assert_eq!((args.seeds, args.trim, args.filtered, args.json), (2, 0.05, true, true));
+    assert_eq!((args.cpu.seed, args.cpu.verbosity.quiet, args.device.device.as_deref()), (5, true, Some("llvm")));
+    assert_eq!(args.refinement.without().to_string(), "darks");
+    let args = ablate("");
+    assert_eq!(
+        (args.pieces().len(), args.rays(), args.seeds, args.trim),
+        (Piece::NAMES.len(), vec![1_000_000], 3, 0.01)
+    );
+    for (line, part) in [
+        ("bench ablate", "SCENE=REF.exr"),
+        ("bench ablate s.toml", "expected SCENE=REF.exr"),
+        ("bench ablate s.toml=r.exr --pieces check", "'checks'"),
+        ("bench ablate s.toml=r.exr --seeds 0", "--seeds"),
+        ("bench ablate s.toml=r.exr --rays 0", "--rays"),
+        ("bench ablate s.toml=r.exr --trim 1", "less than 1"),
+    ] {
+        assert!(refused(line).contains(part), "{line}: {}", refused(line));
+    }
+}
+
+#[test]
+fn pieces_are_taken_out_by_names_that_help_does_not_list() {
+    assert_eq!(render("s.obj -o a.exr").refinement.without(), Pieces::default());
+    for (name, piece) in Piece::NAMES {
+        assert_eq!(
+            render(&format!("s.obj -o a.exr --without {name}")).refinement.without(),
+            Pieces::default().with(piece)
+        );
+    }
+    let args = render("s.obj -o a.exr --without radiance-grid,darks");
+    assert!(args.image_options().ends_with("--without radiance-grid,darks"), "{}", args.image_options());
+    assert!(refused("render s.obj -o a.exr --without radiance-gird").contains("similar value exists: 'radiance-grid'"));
+    let help = parse("render --help").expect_err("help").to_string();
+    assert!(help.contains("--priority") && !help.contains("--without"));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod ablation;
 mod arguments;
 mod black_pictures;
 mod compare;

@@ -8,7 +8,7 @@ use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
-use penombre::refine::options::{Options, Priority};
+use penombre::refine::options::{Options, Pieces, Priority};
 use penombre::refine::replay::HostMesh;
 use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
@@ -80,6 +80,7 @@ impl Twins {
             shadow_pixels: f32::INFINITY,
             white: f32::INFINITY,
             tolerance: 1e-3,
+            without: Pieces::default(),
         };
         let bvh = Arc::new(Bvh::build(scene));
         let engine = Engine::new(Arc::new(scene.clone()), bvh, Workers::new(1).unwrap(), options);

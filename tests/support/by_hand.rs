@@ -6,7 +6,7 @@ use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::light::lights::MAX_LIGHT_GROUPS;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
-use penombre::refine::options::{Options, Priority};
+use penombre::refine::options::{Options, Pieces, Priority};
 use penombre::refine::replay::HostMesh;
 use penombre::refine::update::{Slot, Update};
 use penombre::refine::workers::Workers;
@@ -118,6 +118,7 @@ pub fn options(seed: u64) -> Options {
         shadow_pixels: f32::INFINITY,
         white: f32::INFINITY,
         tolerance: 1e-3,
+        without: Pieces::default(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Options of `bench`.
 
+use super::ablate::AblateArgs;
 use super::{CpuArgs, DeviceArgs, RefinementArgs};
 use crate::cli::values;
 use crate::error::{Error, Result};
@@ -38,6 +39,8 @@ pub struct BenchArgs {
 pub enum Study {
     /// Measure the error of the light engine and of the path tracer against CPU time
     Convergence(ConvergenceArgs),
+    /// Measure the error of the light engine without each of its pieces against that with all of them
+    Ablate(AblateArgs),
 }
 
 /// Options of `bench convergence`.

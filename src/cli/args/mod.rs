@@ -1,5 +1,6 @@
 //! What was typed: one struct a subcommand, put together from groups of options that several share.
 
+pub mod ablate;
 pub mod bench;
 mod compare;
 mod depth;
@@ -15,7 +16,7 @@ use crate::estimate::hemisphere::Method;
 use crate::image::atomic;
 use crate::log::summary::Summary;
 use crate::pass::UpdateMode;
-use crate::refine::options::Priority;
+use crate::refine::options::{Piece, Pieces, Priority};
 use crate::scene::camera::ImageSize;
 use crate::scene::up_axis::UpAxis;
 use crate::scene::{Display, ToneMapping};
@@ -46,6 +47,7 @@ Examples:
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
   penombre bench scene.toml
   penombre bench convergence scene.toml --reference ref.exr --plot errors.svg
+  penombre bench ablate scene.toml=ref.exr --pieces radiance-grid,checks
   penombre info
 
 Exit status:
@@ -218,7 +220,7 @@ pub struct EngineArgs {
 const NORMAL: Thresholds = Quality::Normal.thresholds();
 
 /// What is refined, and how far.
-#[derive(Args, Clone, Copy, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = REFINEMENT)]
 pub struct RefinementArgs {
     /// How far light is refined: sets --min-pixels, --contrast, --shadow-size, an inner tolerance, and the error that ends a render
@@ -256,6 +258,17 @@ pub struct RefinementArgs {
         help = format!("Size of the smallest shadow that must not be missed, scene units [default: about {} pixels, near the \
             eye too]", NORMAL.shadow_pixels))]
     pub shadow_size: Option<f32>,
+    /// Pieces of the engine that are taken out, to measure what they are worth (see `penombre bench ablate`)
+    #[arg(long, value_name = "PIECE,PIECE", value_delimiter = ',', value_parser = values::piece(), hide = true)]
+    pub without: Vec<Piece>,
+}
+
+impl RefinementArgs {
+    /// The pieces that are taken out.
+    #[must_use]
+    pub fn without(&self) -> Pieces {
+        self.without.iter().copied().collect()
+    }
 }
 
 /// The Vulkan device.
@@ -364,6 +377,9 @@ impl RenderArgs {
             text += &format!(" --quality {}", self.refinement.quality.name());
         }
         text += if self.no_filter { " --no-filter" } else { "" };
+        if !self.refinement.without.is_empty() {
+            text += &format!(" --without {}", self.refinement.without());
+        }
         let BudgetArgs { frames, rays, error, .. } = self.budget;
         let budgets = [
             ("frames", frames.map(|n| n.to_string())),
