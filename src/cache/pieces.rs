@@ -41,6 +41,8 @@ pub enum Piece {
     Display,
     /// An error is expected across a hard edge of a small face that was never split.
     UnmeasuredEdge,
+    /// The estimate of a leaf takes in the midpoints that finer neighbours put on its edges.
+    Hanging,
     /// A new vertex takes half the points of a light that those around it took in its penumbra.
     InheritedPoints,
     /// The variance of a vertex's indirect light is pooled with its neighbours'; without that it is the vertex's own.
@@ -49,7 +51,7 @@ pub enum Piece {
 
 impl Piece {
     /// All pieces with the names that options use.
-    pub const NAMES: [(&'static str, Self); 20] = [
+    pub const NAMES: [(&'static str, Self); 21] = [
         ("radiance-grid", Self::RadianceGrid),
         ("filter", Self::Filter),
         ("coarse-levels", Self::CoarseLevels),
@@ -68,6 +70,7 @@ impl Piece {
         ("darks", Self::Darks),
         ("display", Self::Display),
         ("unmeasured-edge", Self::UnmeasuredEdge),
+        ("hanging", Self::Hanging),
         ("inherited-points", Self::InheritedPoints),
         ("pooled-variance", Self::PooledVariance),
     ];

@@ -68,6 +68,15 @@ impl Cache {
         (record.direct, record.indirect) = Default::default();
     }
 
+    /// The slot in the middle of a leaf's edge `at` that it is drawn through, if finer neighbours have put one there.
+    #[must_use]
+    pub fn hanging_slot(&self, id: NodeId, at: usize) -> Option<SlotId> {
+        let node = &self.topology.nodes[id];
+        let middle = self.topology.midpoint(node.edges[at])?;
+        let mut slots = self.drawn.of_node(id).iter().flat_map(|&drawn| self.drawn.triangles[drawn].triangle.slots);
+        slots.find(|slot| self.slots[*slot].vertex == middle)
+    }
+
     /// The slot of a vertex, if that lies inside a leaf.
     #[must_use]
     pub fn pixel_slot(&self, vertex: VertexId) -> Option<SlotId> {

@@ -78,6 +78,17 @@ pub struct LeafEstimate {
     pub noise: f32,
 }
 
+/// Midpoints on a leaf's edges against its corners.
+#[derive(Clone, Copy, Debug, Default)]
+struct Hanging {
+    /// Largest Michelson contrast of direct light with a corner.
+    contrast: f32,
+    /// Square error that a leaf without them would have there, (W·sr⁻¹·m⁻²)².
+    surplus: f32,
+    /// How much brighter the leaf is for them.
+    brighter: f32,
+}
+
 /// Σd² + Σdd′ of the surpluses on a triangle's edges, what the mean square error of interpolation is proportional to
 /// (docs/method/derivations.md).
 pub(super) fn sum_of_products(d: [f32; 3]) -> f32 {
@@ -120,8 +131,9 @@ impl ErrorModel<'_> {
         let (shown, covered) = self.corners(id);
         let node = &self.cache.topology.nodes[id];
         let total = shown.map(|[direct, indirect]| direct + indirect);
-        let mean = total.iter().sum::<f32>() / 3.0;
-        let mut contrast = 0.0_f32;
+        let hanging = self.hanging(id, shown);
+        let mean = total.iter().sum::<f32>() / 3.0 + hanging.brighter;
+        let mut contrast = hanging.contrast;
         for i in 0..3 {
             let j = (i + 1) % 3;
             contrast = contrast.max(if covered[i] == covered[j] { michelson(shown[i], shown[j]) } else { 1.0 });
@@ -136,7 +148,7 @@ impl ErrorModel<'_> {
         let (highlight, mismatch) = (self.highlight(id), self.mismatch(id));
         // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
         let of_parent = if contrast > HARD_CONTRAST { 1.0 } else { CHILD };
-        let surplus = node.direct.surplus / CHILD * of_parent;
+        let surplus = (node.direct.surplus / CHILD).max(hanging.surplus) * of_parent;
         let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
             + self.unmeasured_edge(id, contrast) * mean.powi(2)
@@ -158,6 +170,24 @@ impl ErrorModel<'_> {
         } else {
             0.0
         }
+    }
+
+    /// What the midpoints that finer neighbours put on a leaf's edges say against its corners.
+    fn hanging(&self, id: NodeId, corners: [[f32; 2]; 3]) -> Hanging {
+        let node = &self.cache.topology.nodes[id];
+        let mut found = Hanging::default();
+        if self.lacks(Piece::Hanging) || self.cache.drawn.of_node(id).len() < 2 {
+            return found;
+        }
+        for i in 0..3 {
+            let Some(middle) = self.cache.hanging_slot(id, i) else { continue };
+            let (middle, a, b) = (self.shown(node.face, middle), corners[i], corners[(i + 1) % 3]);
+            let surplus = middle[0] - (a[0] + b[0]) * 0.5;
+            found.contrast = found.contrast.max(michelson(middle, a)).max(michelson(middle, b));
+            found.surplus += SURPLUS_TO_MSE * surplus * surplus;
+            found.brighter = found.brighter.max(surplus / 3.0);
+        }
+        found
     }
 
     /// The vertex inside a leaf, if that is what the leaf's one pixel shows.
