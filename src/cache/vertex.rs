@@ -25,7 +25,7 @@ pub struct Vertex {
     lift: f32,
     /// Whether all facets around it have its normal.
     flat: bool,
-    /// First of its slots, linked through [`super::dynamic::SlotRecord::next`].
+    /// First of its slots, linked through [`super::slot::SlotRecord::next`].
     pub first_slot: Option<SlotId>,
     /// How far its sampling has come.
     pub progress: Progress,
