@@ -1,24 +1,9 @@
 //! `penombre bench ablate`, and the switches behind it, as a script uses them.
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
+use super::convergence::{json, number, stdout};
 use crate::support::binary::{self, has_device, run, stderr};
-use serde_json::Value;
 use std::path::Path;
-
-/// What a command prints that ends well and says nothing else.
-fn stdout(folder: &Path, line: &str) -> String {
-    let output = run(folder, line);
-    assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()), "{line}");
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn json(folder: &Path, line: &str) -> Value {
-    serde_json::from_str(&stdout(folder, line)).unwrap()
-}
-
-fn number(value: &Value, key: &str) -> f64 {
-    value[key].as_f64().unwrap_or_else(|| panic!("{key}: {value}"))
-}
 
 fn make_reference(folder: &Path) {
     stdout(folder, "reference {cornell} --size 48x36 --filter point -q --spp 256 --seed 1 -o ref.exr");

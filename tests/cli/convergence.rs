@@ -6,17 +6,17 @@ use serde_json::Value;
 use std::path::Path;
 
 /// What a command prints that ends well and says nothing else.
-fn stdout(folder: &Path, line: &str) -> String {
+pub fn stdout(folder: &Path, line: &str) -> String {
     let output = run(folder, line);
     assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()), "{line}");
     String::from_utf8(output.stdout).unwrap()
 }
 
-fn json(folder: &Path, line: &str) -> Value {
+pub fn json(folder: &Path, line: &str) -> Value {
     serde_json::from_str(&stdout(folder, line)).unwrap()
 }
 
-fn number(value: &Value, key: &str) -> f64 {
+pub fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or_else(|| panic!("{key}: {value}"))
 }
 
