@@ -2,9 +2,10 @@
 
 use super::ablation_report::{Document, Row, SceneDocument};
 use super::args::SceneArgs;
-use super::args::ablate::{AblateArgs, AblatedScene};
-use super::bench::say;
+use super::args::ablate::AblateArgs;
 use super::engine_run::{Measuring, combined, follow, nothing_to_compare};
+use super::progress::{measuring, say};
+use super::values::AblatedScene;
 use super::{Outcome, output, scene};
 use crate::bench::ablation::{Measured, after_rays};
 use crate::bench::reference_pixels::ReferencePixels;
@@ -28,7 +29,7 @@ pub fn run(args: &AblateArgs) -> Result<Outcome> {
     let subjects = args.scenes.iter().map(|asked| Subject::load(asked, args)).collect::<Result<Vec<_>>>()?;
     let Some(first) = subjects.first() else { return Ok(Outcome::Done) };
     let mut renderer = Opening::start(&args.options(first.reference_pixels.image().size))?.finish()?.renderer;
-    let progress = super::bench::progress(args.cpu.verbosity);
+    let progress = measuring(args.cpu.verbosity.quiet);
     let mut document = Document::new(args, &renderer.device().report().name);
     for subject in &subjects {
         let mut ablation = Ablation::new(args, subject, renderer)?;

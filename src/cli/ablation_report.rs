@@ -1,6 +1,7 @@
 //! What `bench ablate` found: tables, JSON.
 
-use super::args::ablate::{AblateArgs, AblatedScene};
+use super::args::ablate::AblateArgs;
+use super::values::AblatedScene;
 use crate::bench::ablation::{Measured, Spread};
 use crate::bench::reference_pixels::ReferencePixels;
 use crate::error::{Error, Result};

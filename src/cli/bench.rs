@@ -1,15 +1,15 @@
 //! `penombre bench`: the project's own measurements.
 
+use super::args::SceneArgs;
 use super::args::bench::{BenchArgs, Study};
-use super::args::{SceneArgs, VerbosityArgs};
-use super::{Outcome, ablation, convergence, interrupt, output, scene};
+use super::progress::{measuring, say};
+use super::{Outcome, ablation, convergence, output, scene};
 use crate::bench::{Errors, Figure, Hits, Report, measure};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::light::context::SceneContext;
 use crate::light::lights::Lights;
 use crate::scene::camera::ImageSize;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -46,7 +46,7 @@ pub fn run(args: &BenchArgs) -> Result<Outcome> {
     let pool = args.cpu.pool()?;
     let (bvh, lights) = (Bvh::build(&loaded.scene), Lights::new(&loaded.scene));
     let context = SceneContext::new(&loaded.scene, &bvh, &lights, args.cpu.seed, loaded.scene.scale());
-    let progress = progress(args.cpu.verbosity);
+    let progress = measuring(args.cpu.verbosity.quiet);
     let report = measure(&context, &view, &pool, &|what| say(&progress, what));
     progress.finish_and_clear();
     let Some(report) = report else { return Ok(Outcome::Interrupted) };
@@ -67,22 +67,6 @@ fn scene_path(args: &BenchArgs) -> Result<PathBuf> {
         None if PathBuf::from(DEFAULT_SCENE).is_file() => Ok(PathBuf::from(DEFAULT_SCENE)),
         None => Err(Error::Usage(format!("{DEFAULT_SCENE} is not here; name a SCENE to measure"))),
     }
-}
-
-/// A line that says what is being measured, on a terminal only.
-pub fn progress(verbosity: VerbosityArgs) -> ProgressBar {
-    if verbosity.quiet {
-        return ProgressBar::hidden();
-    }
-    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
-    bar.with_style(ProgressStyle::with_template("{elapsed} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
-/// Says what is going on; whether to go on.
-pub fn say(progress: &ProgressBar, what: &str) -> bool {
-    progress.set_message(what.to_owned());
-    progress.tick();
-    !interrupt::requested()
 }
 
 fn json(document: &Document<'_>) -> Result<String> {

@@ -2,9 +2,9 @@
 
 use super::args::SceneArgs;
 use super::args::bench::ConvergenceArgs;
-use super::bench::say;
 use super::convergence_report::{Document, targets};
 use super::engine_run::{Measuring, combined, follow, nothing_to_compare};
+use super::progress::{measuring, say};
 use super::{Outcome, output, scene};
 use crate::bench::convergence::{Curve, Point, path_tracer};
 use crate::bench::reference_pixels::ReferencePixels;
@@ -48,7 +48,7 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     let mut session = gpu.finish()?.session(&scene, move || shared, &options)?;
     let device = session.renderer().device().report().name.clone();
     session.look(&view, &[])?;
-    let progress = super::bench::progress(args.cpu.verbosity);
+    let progress = measuring(args.cpu.verbosity.quiet);
     let limit = args.time.as_secs_f64();
     let mut race = Race::new(&reference_pixels, scene.display, limit);
     let going_on = |stats: &EngineStats| say(&progress, &format!("light engine, {:.1} CPU s", stats.cpu_seconds));

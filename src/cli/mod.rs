@@ -14,6 +14,7 @@ pub mod info;
 pub mod interrupt;
 pub mod numbered;
 mod options;
+mod outcome;
 pub mod output;
 pub mod progress;
 pub mod reference;
@@ -24,35 +25,14 @@ mod tilts;
 mod values;
 pub mod verdict;
 
+pub use outcome::Outcome;
+
 use crate::error::Result;
 use crate::image::atomic;
 use args::{Cli, Command};
 use clap::Parser;
 use std::process::ExitCode;
 use std::time::Instant;
-
-/// How a command that met no error ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// What was asked is done.
-    Done,
-    /// What was asked is done, and a limit was exceeded.
-    LimitExceeded,
-    /// Ended early by a signal; the outputs hold what there was.
-    Interrupted,
-}
-
-impl Outcome {
-    /// The process exit status.
-    #[must_use]
-    pub const fn exit_status(self) -> u8 {
-        match self {
-            Self::Done => 0,
-            Self::LimitExceeded => 1,
-            Self::Interrupted => interrupt::EXIT_STATUS,
-        }
-    }
-}
 
 /// Parses the command line, runs the command, and prints what went wrong.
 #[must_use]

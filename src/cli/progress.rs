@@ -1,5 +1,6 @@
 //! The progress line: time, rays/s, vertices, estimated error, on a terminal only.
 
+use super::interrupt;
 use crate::refine::update::EngineStats;
 use indicatif::{HumanCount, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::time::Duration;
@@ -95,6 +96,23 @@ fn short(value: f64) -> String {
         2
     };
     format!("{scaled:.decimals$}{unit}").trim_end().to_owned()
+}
+
+/// A line that says what is being measured, on a terminal only.
+#[must_use]
+pub fn measuring(quiet: bool) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr_with_hz(10));
+    bar.with_style(ProgressStyle::with_template("{elapsed} {msg}").unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Says what is going on; whether to go on.
+pub fn say(progress: &ProgressBar, what: &str) -> bool {
+    progress.set_message(what.to_owned());
+    progress.tick();
+    !interrupt::requested()
 }
 
 #[cfg(test)]

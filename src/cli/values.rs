@@ -1,6 +1,5 @@
 //! Parsers of option values; each message says what is wrong and what would be right.
 
-use super::args::ablate::AblatedScene;
 use crate::estimate::hemisphere::Method;
 use crate::image::FileFormat;
 use crate::image::exr::MAX_SIDE;
@@ -132,6 +131,17 @@ pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
 /// A priority by name.
 pub fn priority() -> impl TypedValueParser<Value = Priority> {
     named(Priority::NAMES)
+}
+
+/// A scene with its reference.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AblatedScene {
+    /// Scene file (.toml) or bare .obj.
+    pub path: PathBuf,
+    /// What errors are measured against.
+    pub reference: PathBuf,
+    /// Camera of the scene file; `None` for the first.
+    pub camera: Option<String>,
 }
 
 /// A scene with its reference and, behind that, its camera.

@@ -1,10 +1,9 @@
 //! Options of `bench ablate`.
 
-use super::{CpuArgs, DeviceArgs, RefinementArgs};
-use crate::cli::values;
+use super::shared::{CpuArgs, DeviceArgs, RefinementArgs};
+use crate::cli::values::{self, AblatedScene};
 use crate::refine::options::Piece;
 use clap::Args;
-use std::path::PathBuf;
 
 /// Options of `bench ablate`.
 #[derive(Args, Debug)]
@@ -42,17 +41,6 @@ pub struct AblateArgs {
     /// The Vulkan device.
     #[command(flatten)]
     pub device: DeviceArgs,
-}
-
-/// A scene with its reference.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct AblatedScene {
-    /// Scene file (.toml) or bare .obj.
-    pub path: PathBuf,
-    /// What errors are measured against.
-    pub reference: PathBuf,
-    /// Camera of the scene file; `None` for the first.
-    pub camera: Option<String>,
 }
 
 impl AblateArgs {

@@ -1,7 +1,7 @@
 //! Options of `bench`.
 
 use super::ablate::AblateArgs;
-use super::{CpuArgs, DeviceArgs, RefinementArgs};
+use super::shared::{CpuArgs, DeviceArgs, RefinementArgs};
 use crate::cli::values;
 use crate::error::{Error, Result};
 use crate::image::atomic;

@@ -1,6 +1,6 @@
 //! Options of `compare`.
 
-use super::{DeviceArgs, GPU, SceneArgs, VerbosityArgs};
+use super::shared::{DeviceArgs, GPU, SceneArgs, VerbosityArgs};
 use crate::cli::values;
 use crate::compare::replay::MAX_UPDATES;
 use crate::pass::{DepthFormat, DepthOrder, UpdateMode};

@@ -1,6 +1,6 @@
 //! How depth is kept.
 
-use super::GPU;
+use super::shared::GPU;
 use crate::cli::values;
 use crate::pass::{DepthFormat, DepthOrder};
 use clap::Args;

@@ -1,6 +1,6 @@
 //! Options of `reference`.
 
-use super::{CpuArgs, SceneArgs};
+use super::shared::{CpuArgs, SceneArgs};
 use crate::cli::values;
 use crate::error::{Error, Result};
 use crate::image::atomic;
