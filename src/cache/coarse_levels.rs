@@ -7,30 +7,15 @@
 use super::coarse_grids::{LEVELS, MOST_PARENTS, Near, Neighbours, spacing};
 use super::ids::{SlotId, VertexId};
 use super::pieces::Piece;
-use super::slot::{Between, Eye, SlotLight};
+use super::slot::Between;
 use super::store::Cache;
-use crate::math::luminance;
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec4};
 use smallvec::SmallVec;
 
 /// Damping of the slopes of the least-squares fit.
 const RIDGE: f32 = 0.03;
 /// Bounds of a weight: extrapolation must not run wild.
 const WEIGHTS: [f32; 2] = [-0.3, 1.3];
-
-/// Least total weight of those that are known.
-const LEAST_TOTAL: f32 = 0.1;
-/// Least relative deviation expected from a prediction.
-const LEAST_DOUBT: f32 = 0.2;
-
-/// A prediction.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Predicted {
-    /// The light, with the variance that comes of noise.
-    pub light: SlotLight,
-    /// Expected square error beyond noise, (W·sr⁻¹·m⁻²)²: how far those that predict differ.
-    pub error: f32,
-}
 
 impl Cache {
     /// Takes a base vertex into the order, below the coarser ones that are there already; once for each vertex.
@@ -87,50 +72,6 @@ impl Cache {
         let between = Between { of: of.collect(), coarse: true };
         self.note_between(slot, between);
     }
-
-    /// What a slot shows that has not gathered: what coarser base vertices predict, to be shown, not to be computed
-    /// with.
-    pub(super) fn shown_from_coarse(&self, slot: SlotId, between: &Between, eye: Eye<'_>) -> SlotLight {
-        let Some(Predicted { light, error }) = self.predicted_from_coarse(slot, between, eye) else {
-            return SlotLight::default();
-        };
-        let doubt = error + (LEAST_DOUBT * luminance(light.diffuse)).powi(2);
-        SlotLight { variance: light.variance + doubt, stale: true, coarse: true, ..light }
-    }
-
-    /// What coarser base vertices predict for a slot, `None` if none of them knows anything.
-    pub(super) fn predicted_from_coarse(&self, slot: SlotId, between: &Between, eye: Eye<'_>) -> Option<Predicted> {
-        let of = between.of.iter().filter(|(parent, _)| self.slots[*parent].indirect.known);
-        let parts: SmallVec<[(SlotLight, f32); MOST_PARENTS]> =
-            of.map(|&(parent, weight)| (self.turned(parent, slot, eye), weight * self.weight(parent))).collect();
-        let total: f32 = parts.iter().map(|(_, weight)| weight).sum();
-        if total < LEAST_TOTAL {
-            return None;
-        }
-        let mut mean = SlotLight { known: true, ..SlotLight::default() };
-        for (light, weight) in &parts {
-            mean.diffuse += light.diffuse * *weight / total;
-            mean.specular += light.specular * *weight / total;
-            mean.variance += (weight / total).powi(2) * light.variance;
-        }
-        (mean.diffuse, mean.specular) = (mean.diffuse.max(Vec3::ZERO), mean.specular.max(Vec3::ZERO));
-        let y = luminance(mean.diffuse);
-        let (mut spread, mut size) = (0.0, 0.0);
-        for (light, weight) in &parts {
-            spread += weight.abs() * ((luminance(light.diffuse) - y).powi(2) - light.variance);
-            size += weight.abs();
-        }
-        Some(Predicted { light: mean, error: (spread / size).max(0.0) })
-    }
-
-    /// The light of a slot as it would be on the surface of another.
-    fn turned(&self, slot: SlotId, other: SlotId, eye: Eye<'_>) -> SlotLight {
-        let (record, gathered, other) = (&self.slots[slot], self.indirect.sum(slot), &self.slots[other]);
-        let gain = if gathered.samples() > 0 { gathered.turning(record.normal, other.normal) } else { 1.0 };
-        let as_glossy = (record.shininess, record.mirror) == (other.shininess, other.mirror);
-        let specular = if as_glossy { eye.specular[slot].indirect } else { Vec3::ZERO };
-        SlotLight { diffuse: record.indirect.diffuse * gain, ..SlotLight::new(record.indirect, specular) }
-    }
 }
 
 /// Weights by which the values at places around a point give the value at it: those of a linear function are kept, as
@@ -157,6 +98,7 @@ fn least_squares_weights(places: &[Near], radius: f32) -> SmallVec<[f32; MOST_PA
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     fn places(offsets: &[Vec3]) -> Vec<Near> {
         offsets.iter().map(|&offset| Near { vertex: VertexId(0), offset, distance: offset.length() }).collect()

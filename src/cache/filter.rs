@@ -2,104 +2,30 @@
 //! predict, each by what it is worth. The sample's share tends to 1 as its rays grow in number, so that nothing is
 //! smoothed away in the limit.
 
-use super::ids::{NodeId, SlotId};
+use super::ids::SlotId;
 use super::pieces::Piece;
-use super::slot::{Eye, SlotLight};
+use super::prediction::Prediction;
+use super::slot::SlotLight;
 use super::store::Cache;
 use crate::estimate::light_vector::LightVector;
-use crate::estimate::light_vector::usual_gain;
 use crate::math::luminance;
 use glam::Vec3;
-use smallvec::SmallVec;
 use std::f32::consts::PI;
 
-/// How many times its variance a squared deviation must exceed before it is believed.
-const BELIEVED: f32 = 1.0;
-/// Power of the cosine between normals by which neighbours count.
-const NORMAL_POWER: i32 = 8;
-
-/// Slots around one.
-type Neighbours = SmallVec<[SlotId; 12]>;
-
-/// A value, and how uncertain it is.
-#[derive(Clone, Copy, Debug)]
-struct Estimate {
-    light: SlotLight,
-    /// Variance by noise, (W·sr⁻¹·m⁻²)².
-    noise: f32,
-    /// Expected square error beyond noise, (W·sr⁻¹·m⁻²)².
-    error: f32,
-}
-
 impl Cache {
-    /// A midpoint's light from its own rays and from the ends of its edge.
-    pub(super) fn combined(&self, slot: SlotId, own: SlotLight, predicted: SlotLight) -> SlotLight {
-        let ends = self.slots[slot].between.iter().flat_map(|between| between.of.iter().map(|(end, _)| *end));
-        let noise = self.pooled_variance(slot, ends);
-        let deviation = luminance(own.diffuse - predicted.diffuse).powi(2);
-        let measured = deviation - BELIEVED * (noise + predicted.variance);
-        let error = self.indirect.expected(self.slots[slot].vertex).max(measured);
-        let own = Estimate { light: own, noise, error: 0.0 };
-        combine(own, Estimate { light: predicted, noise: predicted.variance, error })
-    }
-
-    /// A base vertex's light from its own rays and from what coarser ones around it predict, or those of its
-    /// neighbours.
-    pub(super) fn filtered(&self, slot: SlotId, own: SlotLight, eye: Eye<'_>) -> SlotLight {
+    /// A slot's light from its own rays, and what others predict as far as that is worth anything. Of a base vertex S
+    /// is its own: others may be less glossy.
+    pub(super) fn combined(&self, slot: SlotId, own: SlotLight, predicted: Option<Prediction>) -> SlotLight {
+        let noise = self.likely_variance(slot);
+        let record = &self.slots[slot];
         // The coarsest have only some of those around them to go by.
-        let between = self.slots[slot].between.as_ref().filter(|_| self.slots[slot].rank > 0);
-        if let Some((between, predicted)) = between.and_then(|b| Some((b, self.predicted_from_coarse(slot, b, eye)?))) {
-            let noise = self.pooled_variance(slot, between.of.iter().map(|(parent, _)| *parent));
-            let deviation = luminance(own.diffuse - predicted.light.diffuse).powi(2);
-            let measured = deviation - BELIEVED * (noise + predicted.light.variance);
-            let light = SlotLight { specular: own.specular, ..predicted.light };
-            let predicted = Estimate { light, noise: light.variance, error: predicted.error.max(measured) };
-            return combine(Estimate { light: own, noise, error: 0.0 }, predicted);
-        }
-        self.smoothed(slot, own)
-    }
-
-    /// A base vertex's light from its own rays and those of its neighbours.
-    fn smoothed(&self, slot: SlotId, own: SlotLight) -> SlotLight {
-        let around = self.neighbours(slot);
-        let normal = self.slots[slot].normal;
-        let per_ray = self.pooled_variance(slot, around.iter().copied()) * worth(&self.indirect.sum(slot));
-        let (mut mean, mut total, mut noise, mut spread, mut doubt) = (Vec3::ZERO, 0.0, 0.0, 0.0, 0.0);
-        let (y, own_noise) = (luminance(own.diffuse), per_ray / worth(&self.indirect.sum(slot)));
-        for other in around {
-            let sum = self.indirect.sum(other);
-            let weight = normal.dot(self.slots[other].normal).max(0.0).powi(NORMAL_POWER) * self.weight(other);
-            if sum.samples() < 2 || weight == 0.0 {
-                continue;
-            }
-            let (diffuse, variance) = (sum.irradiance() / PI, per_ray / worth(&sum));
-            mean += diffuse * weight;
-            total += weight;
-            noise += weight * weight * variance;
-            spread += weight * (luminance(diffuse) - y).powi(2);
-            doubt += weight * variance;
-        }
-        if total == 0.0 {
-            return own;
-        }
-        let predicted = SlotLight { diffuse: mean / total, ..own };
-        let error = (spread / total - BELIEVED * (own_noise + doubt / total)).max(0.0);
-        let own = Estimate { light: own, noise: own_noise, error: 0.0 };
-        combine(own, Estimate { light: predicted, noise: noise / (total * total), error })
-    }
-
-    /// Base slots that share a drawn face with a base slot.
-    pub(super) fn neighbours(&self, slot: SlotId) -> Neighbours {
-        let mut found = Neighbours::new();
-        for drawn in self.drawn.with_slot(slot) {
-            let up = |id: &NodeId| self.topology.nodes[*id].parent;
-            let root = std::iter::successors(Some(self.drawn.triangles[drawn].node), up).last();
-            let corners = root.into_iter().flat_map(|root| self.topology.nodes[root].corners);
-            found.extend(corners.filter(|&corner| corner != slot));
-        }
-        found.sort_unstable();
-        found.dedup();
-        found
+        let by_neighbours = record.is_base() && record.rank == 0 || predicted.is_none();
+        let around = || self.prediction_by_neighbours(slot, noise * self.indirect.sum(slot).independent_rays());
+        let Some(predicted) = (if by_neighbours { around() } else { predicted }) else {
+            return SlotLight { variance: noise, ..own };
+        };
+        let combined = combine(SlotLight { variance: noise, ..own }, predicted);
+        if record.is_base() { SlotLight { specular: own.specular, ..combined } } else { combined }
     }
 
     /// Variance of a slot's own D by what it and those around it have seen, (W·sr⁻¹·m⁻²)².
@@ -121,33 +47,25 @@ impl Cache {
             sum += per_ray(&other);
             count += 1.0;
         }
-        sum / count / worth(&own) / (PI * PI)
+        sum / count / own.independent_rays() / (PI * PI)
     }
 }
 
-/// Independent rays that a sample's stratified ones are worth.
-fn worth(sum: &LightVector) -> f32 {
-    sum.samples() as f32 / usual_gain(sum.samples())
-}
-
-/// Two estimates by the inverse of their square errors.
-fn combine(own: Estimate, predicted: Estimate) -> SlotLight {
-    let against = predicted.noise + predicted.error;
-    let share = if against + own.noise > 0.0 { against / (against + own.noise) } else { 1.0 };
-    let mix = |a: Vec3, b: Vec3| a + (b - a) * share;
-    SlotLight {
-        diffuse: mix(predicted.light.diffuse, own.light.diffuse),
-        specular: mix(predicted.light.specular, own.light.specular),
-        variance: own.noise * share,
-        known: true,
-        ..SlotLight::default()
-    }
+/// Two estimates by the inverse of their square errors: noise, and of the prediction how far it is known to be wrong.
+fn combine(own: SlotLight, Prediction { light, error }: Prediction) -> SlotLight {
+    let deviation = luminance(own.diffuse - light.diffuse).powi(2);
+    let against = light.variance + error.max(deviation - own.variance - light.variance);
+    let share = if against + own.variance > 0.0 { against / (against + own.variance) } else { 1.0 };
+    let mix = |predicted: Vec3, own: Vec3| predicted + (own - predicted) * share;
+    let (diffuse, specular) = (mix(light.diffuse, own.diffuse), mix(light.specular, own.specular));
+    SlotLight { diffuse, specular, variance: own.variance * share, known: true, ..SlotLight::default() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::testing::{known, square};
     use super::*;
+    use crate::estimate::light_vector::usual_gain;
 
     fn light(diffuse: f32, variance: f32) -> SlotLight {
         SlotLight::new(known(diffuse, variance), Vec3::ZERO)
@@ -166,11 +84,10 @@ mod tests {
 
     #[test]
     fn estimates_combine_as_gaussians_multiply() {
-        for (own, noise, predicted, error) in [(1.0, 0.5, 2.0, 0.25), (3.0, 0.1, 1.0, 2.0), (0.5, 4.0, 0.7, 0.0)] {
+        for (own, noise, predicted, error) in [(1.0, 0.5, 2.0, 0.25), (3.0, 0.1, 1.0, 4.0), (0.5, 4.0, 0.7, 0.0)] {
             let spread = 0.3;
-            let a = Estimate { light: light(own, noise), noise, error: 0.0 };
-            let b = Estimate { light: light(predicted, spread), noise: spread, error };
-            let combined = combine(a, b);
+            // Its deviation must be no more than what noise and error explain, or it is believed.
+            let combined = combine(light(own, noise), Prediction { light: light(predicted, spread), error });
             let [mean, variance] =
                 product([own, noise].map(f64::from), [f64::from(predicted), f64::from(spread + error)]);
             assert!((f64::from(combined.diffuse.x) - mean).abs() < 1e-4, "{combined:?}, {mean}");
@@ -189,8 +106,7 @@ mod tests {
             square.gather(end, &[at_ends; 64]);
         }
         let own = square.cache.gathered(middle, Vec3::Y);
-        square.cache.indirect.note_expected(square.cache.slots[middle].vertex, expected);
-        square.cache.combined(middle, own, light(at_ends, 0.0))
+        square.cache.combined(middle, own, Some(Prediction { light: light(at_ends, 0.0), error: expected }))
     }
 
     #[test]
@@ -220,7 +136,7 @@ mod tests {
         square.gather(corners[1], &[0.0, 0.0, 0.0, 3.0].repeat(2));
         square.gather(corners[2], &[0.0, 0.0, 3.0, 0.0].repeat(2));
         let own = square.cache.gathered(corners[0], Vec3::Y);
-        let shown = square.cache.smoothed(corners[0], own);
+        let shown = square.cache.combined(corners[0], own, None);
         assert!(shown.diffuse.x > 0.75 && shown.diffuse.x < 1.5, "between its own and theirs: {shown:?}");
         assert!(shown.variance < square.cache.likely_variance(corners[0]), "{shown:?}");
     }

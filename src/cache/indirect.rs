@@ -3,6 +3,7 @@
 
 use super::ids::SlotId;
 use super::pool::Table;
+use super::prediction::Prediction;
 use super::slot::{Between, Eye, SlotLight, Specular};
 use super::store::Cache;
 use crate::estimate::light_vector::LightVector;
@@ -90,47 +91,21 @@ impl Cache {
 
     /// Indirect light of a slot: what it has gathered, what those around it predict, or both by what they are worth.
     fn indirect_light(&self, slot: SlotId, eye: Eye<'_>) -> SlotLight {
-        let between = self.slots[slot].between.as_ref();
-        let predicted = between.map(|between| match between.coarse {
-            true => self.shown_from_coarse(slot, between, eye),
-            false => self.predicted(between, eye),
-        });
-        let predicted = predicted.filter(|light| light.known);
-        let own = self.indirect.is_sampled(slot).then(|| self.gathered(slot, eye.position));
-        match (own, predicted) {
-            (Some(own), _) if !self.indirect.filter => SlotLight { variance: self.likely_variance(slot), ..own },
-            (Some(own), Some(predicted)) if predicted.coarse => self.filtered(slot, own, eye),
-            (Some(own), Some(predicted)) if predicted.stale => own,
-            (Some(own), Some(predicted)) => self.combined(slot, own, predicted),
-            (Some(own), None) => self.filtered(slot, own, eye),
-            // A vertex inside a leaf may not gather again: what is around it has the newer guess.
-            (None, Some(predicted)) if between.is_some_and(Between::is_inside_leaf) => predicted,
-            (None, predicted) => self.guessed(slot, eye.position).or(predicted).unwrap_or_default(),
+        let predicted = self.prediction(slot, eye);
+        if self.indirect.is_sampled(slot) {
+            let own = self.gathered(slot, eye.position);
+            return match predicted {
+                _ if !self.indirect.filter => SlotLight { variance: self.likely_variance(slot), ..own },
+                Some(Prediction { light: SlotLight { stale: true, .. }, .. }) => own,
+                _ => self.combined(slot, own, predicted),
+            };
         }
-    }
-
-    /// What slots predict for one that lies between them.
-    fn predicted(&self, between: &Between, eye: Eye<'_>) -> SlotLight {
-        let mut mean = SlotLight::default();
-        let mut total = 0.0;
-        for &(slot, weight) in &between.of {
-            let light = self.slots[slot].indirect;
-            let weight = weight * self.weight(slot);
-            if light.known {
-                mean.diffuse += light.diffuse * weight;
-                mean.specular += eye.specular[slot].indirect * weight;
-                mean.variance += light.variance * weight * weight;
-                total += weight;
-                mean.known = true;
-                mean.stale |= light.stale;
-            }
+        let predicted = predicted.map(|predicted| self.shown_by_prediction(slot, predicted));
+        // A vertex inside a leaf may not gather again: what is around it has the newer guess.
+        if predicted.is_some() && self.slots[slot].between.as_ref().is_some_and(Between::is_inside_leaf) {
+            return predicted.unwrap_or_default();
         }
-        if total > 0.0 {
-            mean.diffuse /= total;
-            mean.specular /= total;
-            mean.variance /= total * total;
-        }
-        mean
+        self.guessed(slot, eye.position).or(predicted).unwrap_or_default()
     }
 
     /// What a slot has gathered itself.
@@ -176,8 +151,8 @@ mod tests {
     }
 
     fn predicted(square: &Rooted, middle: SlotId) -> SlotLight {
-        let between = square.cache.slots[middle].between.as_ref().expect("a midpoint");
-        square.cache.predicted(between, Eye { position: Vec3::Y, specular: &SpecularTable::default() })
+        let predicted = square.cache.prediction(middle, Eye { position: Vec3::Y, specular: &SpecularTable::default() });
+        predicted.map_or(SlotLight::default(), |predicted| predicted.light)
     }
 
     #[test]

@@ -15,6 +15,7 @@ pub mod pieces;
 pub mod pixel_vertex;
 pub mod pixels;
 pub mod pool;
+mod prediction;
 pub mod previous_lighting;
 pub mod radiance_grid;
 pub mod reweight;

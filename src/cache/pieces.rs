@@ -19,8 +19,6 @@ pub enum Piece {
     Confirm,
     /// Of many lights those that together matter little are put off.
     Deferred,
-    /// Rays from the middle of leaves that nothing else would split.
-    Probes,
     /// How likely large leaves are to hide a shadow is learnt; without that it stays the prior.
     MissRate,
     /// The same of small leaves, from pixel checks.
@@ -51,7 +49,7 @@ pub enum Piece {
 
 impl Piece {
     /// All pieces with the names that options use.
-    pub const NAMES: [(&'static str, Self); 21] = [
+    pub const NAMES: [(&'static str, Self); 20] = [
         ("radiance-grid", Self::RadianceGrid),
         ("filter", Self::Filter),
         ("coarse-levels", Self::CoarseLevels),
@@ -59,7 +57,6 @@ impl Piece {
         ("agreement", Self::Agreement),
         ("confirm", Self::Confirm),
         ("deferred", Self::Deferred),
-        ("probes", Self::Probes),
         ("miss-rate", Self::MissRate),
         ("check-rate", Self::CheckRate),
         ("checks", Self::Checks),

@@ -29,8 +29,9 @@ pub struct Node {
     pub children: Option<Children>,
     /// The slot of the vertex inside it, if a pixel was sampled there.
     pub pixel_vertex: Option<SlotId>,
-    /// How wrong it is to interpolate direct light over it.
-    pub direct: DirectError,
+    /// Expected square error of interpolating direct D over it, (W·sr⁻¹·m⁻²)², from the surplus at the midpoints of its
+    /// parent's edges: it holds in any view.
+    pub direct_surplus: f32,
     /// Its place in the indirect layer.
     pub indirect: IndirectError,
     next_on_edge: [Option<NodeId>; 3],
@@ -54,17 +55,6 @@ impl Children {
     pub const fn middle(self) -> NodeId {
         NodeId(self.first.0 + 3)
     }
-}
-
-/// What is known of the error of interpolating direct light over a node: it holds in any view.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct DirectError {
-    /// Expected square error, (W·sr⁻¹·m⁻²)², from the surplus at the midpoints of its parent's edges.
-    pub surplus: f32,
-    /// Luminance of D inside it, W·sr⁻¹·m⁻², that rays found other than its corners say; `None` while none were traced.
-    pub mismatch: Option<f32>,
-    /// Share of its area that the mismatch stands for.
-    pub mismatch_share: f32,
 }
 
 /// A node in the indirect layer, which is split on its own account, and the error of interpolating it there.
@@ -317,7 +307,7 @@ impl Node {
             parent,
             children: None,
             pixel_vertex: None,
-            direct: DirectError::default(),
+            direct_surplus: 0.0,
             indirect: IndirectError::default(),
             next_on_edge: [None; 3],
         }

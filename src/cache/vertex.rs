@@ -12,7 +12,7 @@ use glam::Vec3;
 /// its normals.
 #[derive(Clone, Debug)]
 pub struct Vertex {
-    /// Permanent geometric key (docs/method/hierarchy-and-vertices.md): object, base vertex or edge and dyadic
+    /// Permanent geometric key (docs/method/hierarchy-and-vertices.md): base vertex or edge and dyadic
     /// position, side, normal group. Seeds the random numbers.
     pub key: u64,
     /// Position on the surface, where light is evaluated.

@@ -104,6 +104,12 @@ impl LightVector {
         self.fluence / self.count()
     }
 
+    /// Independent samples that the stratified ones are worth, by the usual [`gain`](usual_gain).
+    #[must_use]
+    pub fn independent_rays(&self) -> f32 {
+        self.samples as f32 / usual_gain(self.samples)
+    }
+
     /// Variance of the luminance of [`Self::irradiance`] if the samples were independent, (W·m⁻²)²; infinite with fewer
     /// than two.
     #[must_use]

@@ -39,7 +39,6 @@ impl Engine {
         if counted.complete {
             self.publisher.note_counted(counted.sequence);
         }
-        self.probe_middles(&changed);
         for leaf in changed {
             self.account(leaf);
             if self.is_complete() {

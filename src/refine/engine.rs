@@ -196,7 +196,8 @@ impl Engine {
             reflectances: &self.reflectances,
             options: &self.options,
             tolerance: self.tolerance,
-            mean: self.image.mean(),
+            // While nothing visible is lit, any luminance serves to order what may find light.
+            mean: Some(self.image.mean()).filter(|mean| *mean > 0.0).unwrap_or(1.0),
             miss_rate: self.miss_rate.expected(),
         }
     }

@@ -3,7 +3,7 @@
 use super::image_error::LeafError;
 use super::options::{Options, Piece, Priority};
 use super::reflectances::Reflectances;
-use super::view::{FEW_PIXELS, ViewState};
+use super::view::ViewState;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::store::Cache;
 use crate::cache::topology::{Node, SAFE_LEVEL};
@@ -56,8 +56,6 @@ const LEAST_SHOWN: f32 = 0.1;
 const DARKS: f32 = 0.35;
 /// Luminance against the image's mean below which that does not rise further.
 const LEAST_DARK: f32 = 0.05;
-/// Pixels of the smallest leaf whose middle is probed.
-const PROBED: f32 = 1.0;
 /// Rays that a new vertex costs, evaluation included.
 pub(super) const VERTEX_COST: f32 = 16.0;
 
@@ -148,12 +146,12 @@ impl ErrorModel<'_> {
         let (highlight, mismatch) = (self.highlight(id), self.mismatch(id));
         // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
         let of_parent = if contrast > HARD_CONTRAST { 1.0 } else { CHILD };
-        let surplus = (node.direct.surplus / CHILD).max(hanging.surplus) * of_parent;
+        let surplus = (node.direct_surplus / CHILD).max(hanging.surplus) * of_parent;
         let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
             + self.unmeasured_edge(id, contrast) * mean.powi(2)
             + highlight * highlight * self.view.leaves[id].highlight_share
-            + mismatch * mismatch * node.direct.mismatch_share;
+            + mismatch * mismatch * self.view.leaves[id].mismatch_share;
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafEstimate { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
@@ -315,10 +313,9 @@ impl ErrorModel<'_> {
         self.reflectances.of_face(self.scene, self.cache.topology.nodes[id].face)[0]
     }
 
-    /// Luminance by which a leaf's middle is known to differ from its corners.
+    /// Luminance by which a pixel of a leaf is known to differ most from what its corners say.
     fn mismatch(&self, id: NodeId) -> f32 {
-        let node = &self.cache.topology.nodes[id];
-        self.diffuse_reflectance(id) * node.direct.mismatch.unwrap_or(0.0)
+        self.diffuse_reflectance(id) * self.view.leaves[id].mismatch
     }
 
     /// Whether something between a leaf's corners is a strong contrast to the mean of what they show.
@@ -327,23 +324,6 @@ impl ErrorModel<'_> {
         // A mismatch may be a shadow, which is darker than the mean by that much.
         let by_surprise = mismatch > SHADOW_CONTRAST * (2.0 * mean - mismatch).max(mismatch);
         highlight > HARD_CONTRAST * (highlight + 2.0 * mean) || by_surprise
-    }
-
-    /// Whether a ray from its middle should tell what a leaf's corners do not: once, if they are known, where nothing
-    /// else would split it. Children of a leaf that held a mismatch are followed below the size of a pixel.
-    pub(super) fn wants_probe(&self, id: NodeId) -> bool {
-        let node = &self.cache.topology.nodes[id];
-        let parent = node.parent.and_then(|parent| self.cache.topology.nodes[parent].direct.mismatch);
-        let least =
-            if parent.is_some_and(|mismatch| mismatch > 0.0) { self.options.min_pixels * HARD_PIXELS } else { PROBED };
-        let leaf = &self.view.leaves[id];
-        let located = leaf.ray.is_some() || !self.options.counted || leaf.pixels > FEW_PIXELS as f32;
-        !self.lacks(Piece::Probes)
-            && node.direct.mismatch.is_none()
-            && located
-            && leaf.pixels >= least
-            && node.corners.iter().all(|slot| self.cache.slots[*slot].direct.known)
-            && self.is_small(id)
     }
 
     /// Whether the midpoints of a leaf may take its corners' word for what they see of a light.

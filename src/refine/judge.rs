@@ -23,7 +23,7 @@ impl Engine {
         self.measure_around(&mut nodes);
         nodes.sort_unstable();
         nodes.dedup();
-        self.look_between_corners(&nodes);
+        self.look_for_highlights(&nodes);
         for node in nodes {
             self.account(node);
             self.enqueue_leaf(node);
@@ -38,7 +38,7 @@ impl Engine {
     /// The same after first visits; when the last is done, everything visible is queued.
     fn judge_first_visits(&mut self, slots: &[SlotId]) {
         let nodes = self.nodes_around(slots);
-        self.look_between_corners(&nodes);
+        self.look_for_highlights(&nodes);
         nodes.iter().for_each(|&node| self.account(node));
         if self.is_complete() {
             let leaves = self.view.visible_leaves(&self.cache);
@@ -57,7 +57,7 @@ impl Engine {
             (child.pixels, child.share) = (parent.pixels * 0.25, parent.share * 0.25);
             child.visible = parent.visible;
         }
-        self.checks.hand_down(leaf.node, leaf.split.children, &mut self.cache, &mut self.view);
+        self.checks.hand_down(leaf.node, leaf.split.children, &self.cache, &mut self.view);
         self.image.replace(&mut self.view.leaves[leaf.node].accounted, None);
     }
 
@@ -80,7 +80,7 @@ impl Engine {
         let Some(middles) = self.cache.topology.middles(parent) else { return };
         let surplus = self.error_model().surplus(parent, middles) * CHILD;
         let children = self.cache.topology.children(parent);
-        children.for_each(|child| self.cache.topology.nodes[child].direct.surplus = surplus);
+        children.for_each(|child| self.cache.topology.nodes[child].direct_surplus = surplus);
     }
 
     /// Checks the pixels of leaves.
@@ -103,7 +103,7 @@ impl Engine {
         let model = self.error_model();
         let luminance = model.reference_luminance(&model.leaf(node));
         let of = Reference { luminance, reflectance: model.diffuse_reflectance(node) };
-        self.checks.note(node, found, of, &mut self.cache, &mut self.view);
+        self.checks.note(node, found, of, &mut self.view);
         self.account(node);
         self.enqueue_leaf(node);
     }

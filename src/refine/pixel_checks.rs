@@ -114,7 +114,7 @@ impl PixelChecks {
     }
 
     /// Notes what the check of a leaf found.
-    pub fn note(&mut self, node: NodeId, found: Found, of: Reference, cache: &mut Cache, view: &mut ViewState) {
+    pub fn note(&mut self, node: NodeId, found: Found, of: Reference, view: &mut ViewState) {
         let leaf = &mut view.leaves[node];
         let again = leaf.checked;
         leaf.checks = match (found.more, again) {
@@ -129,25 +129,25 @@ impl PixelChecks {
             let sum: f32 = found.mismatches.iter().map(error).sum();
             self.miss_rate.note(sum / found.pixels as f32);
         }
-        self.add(node, found.mismatches, found.open, cache, view);
+        self.add(node, found.mismatches, found.open, view);
     }
 
     /// Adds mismatches to a leaf's. One of which `open` light groups were left out tells its children nothing, and is
     /// checked anew.
-    fn add(&mut self, node: NodeId, mut found: PixelMismatches, open: u32, cache: &mut Cache, view: &mut ViewState) {
+    fn add(&mut self, node: NodeId, mut found: PixelMismatches, open: u32, view: &mut ViewState) {
         found.extend(self.mismatches.remove(&node).into_iter().flatten());
         let most = found.iter().map(|m| m.luminance).fold(0.0, f32::max);
-        view.leaves[node].check_open = open;
-        let direct = &mut cache.topology.nodes[node].direct;
-        direct.mismatch = Some(most);
-        direct.mismatch_share = (found.len() as f32 / view.leaves[node].pixels.max(1.0)).min(1.0);
+        let leaf = &mut view.leaves[node];
+        leaf.check_open = open;
+        leaf.mismatch = most;
+        leaf.mismatch_share = (found.len() as f32 / leaf.pixels.max(1.0)).min(1.0);
         if !found.is_empty() {
             self.mismatches.insert(node, found);
         }
     }
 
     /// Tells the children of a leaf that was split what its check has found.
-    pub fn hand_down(&mut self, parent: NodeId, children: Children, cache: &mut Cache, view: &mut ViewState) {
+    pub fn hand_down(&mut self, parent: NodeId, children: Children, cache: &Cache, view: &mut ViewState) {
         let found = self.mismatches.remove(&parent).unwrap_or_default();
         let of_parent = view.leaves[parent];
         if !of_parent.checked || of_parent.check_open > 0 {
@@ -158,7 +158,7 @@ impl PixelChecks {
             let inside = found.iter().filter(|m| weights_inside(corners, view.eye, m.ray).is_some()).copied();
             let leaf = &mut view.leaves[child];
             (leaf.checked, leaf.checks) = (of_parent.checked, of_parent.checks);
-            self.add(child, inside.collect(), 0, cache, view);
+            self.add(child, inside.collect(), 0, view);
         }
     }
 }
@@ -256,15 +256,10 @@ mod tests {
         let found = found([inside(first), inside(middle)]);
         let Judged { rooted, view, .. } = &mut square;
         let of = Reference { luminance: 1.0, reflectance: 0.8 };
-        checks.note(root, found, of, &mut rooted.cache, view);
-        let direct = |cache: &Cache, node: NodeId| cache.topology.nodes[node].direct;
-        assert_eq!(
-            (direct(&rooted.cache, root).mismatch, direct(&rooted.cache, root).mismatch_share),
-            (Some(0.5), 0.2)
-        );
-        checks.hand_down(root, split.children, &mut rooted.cache, view);
-        let below = split.children.all().map(|child| direct(&rooted.cache, child).mismatch);
-        assert_eq!(below, [Some(0.5), Some(0.0), Some(0.0), Some(0.2)]);
+        checks.note(root, found, of, view);
+        assert_eq!((view.leaves[root].mismatch, view.leaves[root].mismatch_share), (0.5, 0.2));
+        checks.hand_down(root, split.children, &rooted.cache, view);
+        assert_eq!(split.children.all().map(|child| view.leaves[child].mismatch), [0.5, 0.0, 0.0, 0.2]);
         assert!(split.children.all().into_iter().all(|child| view.is_checked(child)));
         assert!(checks.mismatches.len() == 2 && !checks.mismatches.contains_key(&root));
     }
@@ -276,8 +271,8 @@ mod tests {
         let split = square.split(root);
         let Judged { rooted, view, .. } = &mut square;
         let found = Found { open: 1, more: true, ..found([Vec3::new(0.2, 0.0, 0.5); 2]) };
-        checks.note(root, found, Reference { luminance: 1.0, reflectance: 0.8 }, &mut rooted.cache, view);
-        checks.hand_down(root, split.children, &mut rooted.cache, view);
+        checks.note(root, found, Reference { luminance: 1.0, reflectance: 0.8 }, view);
+        checks.hand_down(root, split.children, &rooted.cache, view);
         assert!(split.children.all().into_iter().all(|child| !view.is_checked(child)));
         assert!(checks.mismatches.is_empty());
     }
@@ -289,7 +284,7 @@ mod tests {
         let (root, of) = (rooted.roots[0], Reference { luminance: 1.0, reflectance: 0.8 });
         for _ in 0..100 {
             view.leaves[root].checked = false;
-            checks.note(root, found([Vec3::new(0.2, 0.0, 0.5); 2]), of, &mut rooted.cache, view);
+            checks.note(root, found([Vec3::new(0.2, 0.0, 0.5); 2]), of, view);
         }
         // Errors of 0.4 and 0.16 of what is shown, in two pixels of ten.
         let expected = 0.8_f32.powi(2) * (0.25 + 0.04) / 10.0;

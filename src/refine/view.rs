@@ -29,6 +29,10 @@ pub struct LeafView {
     pub highlight_share: f32,
     /// Whether its pixel vertex lies under one of the view's pixels.
     pub sampled: bool,
+    /// Luminance of D in one of its pixels, W·sr⁻¹·m⁻², that a check found other than its corners say; the greatest.
+    pub mismatch: f32,
+    /// Share of its pixels for which that stands.
+    pub mismatch_share: f32,
     /// Whether each of its pixels was checked for mismatches.
     pub checked: bool,
     /// How often; 0 if there is no point in checking again.

@@ -35,7 +35,7 @@ impl Engine {
         let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
         self.evaluate(&due);
         self.cache.refresh_indirect(&slots, self.view.eye, &mut self.view.specular);
-        self.look_between_corners(&leaves);
+        self.look_for_highlights(&leaves);
         leaves.iter().for_each(|&leaf| self.account(leaf));
         if self.is_complete() {
             self.enqueue_leaves(&leaves);

@@ -216,6 +216,35 @@ fn each_pixel_is_asked_for_shadows_of_its_size() {
     assert!(asked <= 0.002 && unasked > 0.005, "{asked} {unasked}");
 }
 
+/// Corners that all lie in the shadow of something may be lit between them, and corners that are all lit may have a shadow between:
+/// both are found, though nothing but rays from the pixels tells.
+#[test]
+fn what_all_corners_agree_on_is_checked() {
+    let middles = [[-0.2, -0.2], [0.2, 0.2]];
+    let corners = [[-0.6, -0.6], [-0.6, 0.6], [0.6, -0.6], [0.6, 0.6]];
+    for (plates, side) in [(&middles[..], 0.15), (&corners[..], 0.4)] {
+        let mut scene = Scene::default();
+        let grey = material(&mut scene, |_| {});
+        let floor = patch(&mut scene, Vec3::new(-0.6, 0.0, -0.6), Vec3::Z * 1.2, Vec3::X * 1.2, 1, grey);
+        for &[x, z] in plates {
+            let origin = Vec3::new(x - 0.5 * side, 0.02, z - 0.5 * side);
+            patch(&mut scene, origin, Vec3::Z * side, Vec3::X * side, 1, grey);
+        }
+        light(&mut scene, LightKind::Point { position: LIGHT, intensity: Vec3::ONE });
+        let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
+        let view = view(&scene, 0.0);
+        let wrong = [true, false].map(|image_is_known| {
+            let options = Options { shadow_size: 10.0, ..counting(1) };
+            let mut engine = engine_with(scene.clone(), 1, options);
+            let mut mirror = Mirror::default();
+            solve_known(&mut engine, &mut mirror, &faces, (&view, 1), image_is_known);
+            wrong_pixels(&mirror, &scene, &faces, &view)
+        });
+        println!("{:.2} % of the pixels wrong, {:.2} % without the image", wrong[0] * 100.0, wrong[1] * 100.0);
+        assert!(wrong[0] <= 0.002 && wrong[1] > 0.01, "{wrong:?}");
+    }
+}
+
 /// Where other light is twice as strong, the shadow of a pixel still is one.
 #[test]
 fn shadows_amid_other_light_are_found_too() {

@@ -334,29 +334,6 @@ fn small_shadows_near_the_eye_are_found() {
     assert!(in_the_shadow(72.0) < 0.01);
 }
 
-/// A small face whose corners all lie in the shadow of something is lit between them, and one whose corners are all lit has a
-/// shadow in its middle: both are found, though nothing but a ray from the middle tells.
-#[test]
-fn what_all_corners_agree_on_is_checked_in_the_middle() {
-    let in_the_middle = |lit_corners: bool| {
-        let mut scene = Scene::default();
-        let grey = material(&mut scene, |_| {});
-        let corners = [Vec3::ZERO, Vec3::Z, Vec3::X];
-        let id = by_hand::triangle(&mut scene, corners, grey);
-        light(&mut scene, LightKind::Directional { direction: Vec3::NEG_Y, irradiance: Vec3::splat(PI) });
-        let middle = Vec3::new(1.0, 0.0, 1.0) / 3.0;
-        for at in if lit_corners { vec![middle] } else { corners.to_vec() } {
-            let (side, origin) = (0.3, at + Vec3::new(-0.14, 0.1, -0.16));
-            patch(&mut scene, origin, Vec3::Z * side, Vec3::X * side, 1, grey);
-        }
-        let options = Options { shadow_size: 10.0, ..refine(0) };
-        let mirror = solve_pixels(&mut engine_with(scene, 1, options), &front(&[id]), 40, Vec3::Y);
-        mirror.diffuse_at(FaceId::new(id, false), middle).expect("on the face").x
-    };
-    let (lit, dark) = (in_the_middle(false), in_the_middle(true));
-    assert!(lit > 0.99 && dark < 0.01, "{lit} {dark}");
-}
-
 /// A mirror-like highlight in the middle of a face, of which its corners know nothing, is found and followed to its peak.
 #[test]
 fn highlights_between_vertices_are_found() {

@@ -100,11 +100,11 @@ fn a_leaf_with_measured_surplus_comes_before_one_without() {
     let root = corner_lights(&mut square, [1.0, 1.05, 0.95]);
     let key = |square: &Judged| square.model().split_key(root);
     let without = key(&square);
-    square.cache.topology.nodes[root].direct.surplus = 1e-3;
+    square.cache.topology.nodes[root].direct_surplus = 1e-3;
     let with = key(&square);
-    square.cache.topology.nodes[root].direct.surplus = 4e-3;
+    square.cache.topology.nodes[root].direct_surplus = 4e-3;
     assert!(without < with && with < key(&square), "{without} {with} {}", key(&square));
-    square.cache.topology.nodes[root].direct.surplus = 1e-3;
+    square.cache.topology.nodes[root].direct_surplus = 1e-3;
     square.see(root, 200.0);
     assert!((key(&square) / with - 2.0).abs() < 1e-3, "twice the pixels");
 }

@@ -1,19 +1,14 @@
-//! What lies between vertices unseen: highlights, since S is known at vertices alone, and light or shadow of which
-//! the corners of a leaf know nothing.
+//! Highlights that lie between vertices unseen, since S is known at vertices alone.
 
 use super::engine::Engine;
 use super::options::Piece;
 use crate::cache::ids::NodeId;
-use crate::cache::pixels::weights_on_ray;
-use crate::cache::visibility_probe::mismatch;
 use crate::light::highlight::GlossyTriangle;
 use crate::math::luminance;
 use glam::Vec3;
 
 /// Luminance against the image's mean, or what the leaf shows, below which a highlight is not looked for.
 const FLOOR: f32 = 0.02;
-/// Share of a leaf that a mismatch in its middle stands for.
-const SHARE_OF_MIDDLE: f32 = 0.5;
 
 /// A highlight that a leaf's corners do not show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,34 +20,8 @@ pub struct Hidden {
 }
 
 impl Engine {
-    /// Looks for what the corners of leaves do not show.
-    pub(super) fn look_between_corners(&mut self, nodes: &[NodeId]) {
-        self.look_for_highlights(nodes);
-        self.probe_middles(nodes);
-    }
-
-    /// Traces a ray to each strong light from the middle of leaves that nothing else would split, or from where a
-    /// pixel sees those of few pixels; once for each leaf.
-    pub(super) fn probe_middles(&mut self, nodes: &[NodeId]) {
-        let model = self.error_model();
-        let silent: Vec<NodeId> = nodes.iter().copied().filter(|&node| model.wants_probe(node)).collect();
-        let (context, cache, view) = (self.context(), &self.cache, &self.view);
-        let point = |node: NodeId| {
-            let ray = view.leaves[node].ray;
-            let seen = ray.and_then(|ray| weights_on_ray(cache.corner_positions(node), view.eye, ray));
-            (node, seen.unwrap_or([1.0 / 3.0; 3]))
-        };
-        let probe = |&node: &NodeId, rays: &mut u64| mismatch(&context, cache, point(node), 0, rays);
-        let found = self.workers.map_counting(&silent, probe);
-        self.stats.rays += found.rays;
-        for (node, mismatch) in silent.into_iter().zip(found.results) {
-            let direct = &mut self.cache.topology.nodes[node].direct;
-            (direct.mismatch, direct.mismatch_share) = (Some(mismatch.luminance), SHARE_OF_MIDDLE);
-        }
-    }
-
     /// Looks for highlights hidden in leaves. No ray is traced: lights are as visible as they are at the corners.
-    fn look_for_highlights(&mut self, nodes: &[NodeId]) {
+    pub(super) fn look_for_highlights(&mut self, nodes: &[NodeId]) {
         for &node in nodes {
             let leaf = &mut self.view.leaves[node];
             (leaf.highlight, leaf.highlight_share) = (0.0, 0.0);
