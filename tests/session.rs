@@ -115,7 +115,7 @@ impl Observer for Impatient {
 
 #[test]
 fn an_observer_ends_a_run() {
-    with_session(&Options { refresh: Duration::MAX, ..options(Budget::default()) }, |session, view| {
+    with_session(&Options { refresh: Some(Duration::MAX), ..options(Budget::default()) }, |session, view| {
         session.look(view, &[]).unwrap();
         let mut observer = Impatient { left: 3, seen: Vec::new() };
         assert_eq!(session.run(&mut observer).unwrap(), EndedBy::Interrupted);

@@ -66,7 +66,7 @@ fn measured(size: ImageSize, cpu: &CpuArgs, device: &DeviceArgs, refinement: Ref
         pace: Pace::Fixed(batches),
         refinement,
         update: UpdateMode::Stencil,
-        refresh: Duration::MAX,
+        refresh: Some(Duration::MAX),
         budget: Budget::default(),
         ..Options::default()
     }
@@ -84,7 +84,7 @@ impl CompareArgs {
             pace: Pace::Fixed(Batches { rays, most: rays, counts_lag: 0 }),
             refinement: Refinement { indirect: !self.recording.direct_only, ..Refinement::default() },
             update: UpdateMode::Full,
-            refresh: Duration::MAX,
+            refresh: Some(Duration::MAX),
             budget: Budget::default(),
             ..Options::default()
         }

@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::image::exr::{RgbImage, read_rgb};
 use crate::log::summary::Summary;
 use crate::pass::Renderer;
+use crate::refine::update::EngineStats;
 use crate::scene::Scene;
 use crate::scene::load::Loaded;
 use crate::scene::report::Severity;
@@ -87,7 +88,7 @@ fn fallbacks(args: &RenderArgs, renderer: &Renderer) -> Vec<String> {
     let inexact = args.pixel_counts == PixelCounts::Query && !renderer.device().report().precise_queries;
     let unequal = args.update.needs_stencil() && !renderer.stencil_works();
     let cases = [
-        (inexact, "counts no pixels exactly by query: --pixel-counts histogram is used"),
+        (inexact, "counts no pixels exactly by query: --pixel-counts image is used"),
         (unequal, "does not redraw triangles at equal depth: --update id is used"),
     ];
     let warnings: Vec<String> = cases.iter().filter(|c| c.0).map(|c| format!("warning: {device} {}", c.1)).collect();
@@ -108,6 +109,10 @@ impl Observer for Watch {
 
     fn waits(&mut self, elapsed: Duration) {
         self.progress.waits(elapsed);
+    }
+
+    fn works(&mut self, elapsed: Duration, stats: &EngineStats) {
+        self.progress.update(elapsed, stats);
     }
 
     fn frame(&mut self, session: &mut Session, report: &FrameReport) -> Result<()> {

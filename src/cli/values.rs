@@ -169,17 +169,19 @@ pub fn quality() -> impl TypedValueParser<Value = Quality> {
 
 impl ValueEnum for PixelCounts {
     fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Histogram, Self::Query, Self::Atomic, Self::Off]
+        &[Self::Image, Self::Query, Self::Atomic, Self::Off]
     }
 
     fn to_possible_value(&self) -> Option<PossibleValue> {
         let (name, help) = match self {
-            Self::Histogram => ("histogram", "All of them with each picture, from an image of triangle ids"),
+            Self::Image => ("image", "All of them on the CPU, from the image of face ids"),
             Self::Query => ("query", "The largest changed ones, by occlusion queries"),
             Self::Atomic => ("atomic", "The changed ones as they are drawn, by counters"),
             Self::Off => ("off", "Not at all"),
         };
-        Some(PossibleValue::new(name).help(help))
+        let value = PossibleValue::new(name).help(help);
+        // Its name until 0.1, when an image of triangle ids was read back with each picture.
+        Some(if *self == Self::Image { value.alias("histogram") } else { value })
     }
 }
 

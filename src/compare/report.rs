@@ -275,7 +275,7 @@ impl Report {
     /// Whether [`Self::cost`] is CPU time.
     #[must_use]
     pub fn costs_are_cpu(&self) -> bool {
-        self.device.as_ref().is_some_and(|device| device.kind == "cpu")
+        self.device.as_ref().is_some_and(|device| device.is_cpu())
     }
 
     /// The number of patches whose cost is quoted: 1,000, or the nearest measured.

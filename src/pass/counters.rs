@@ -43,7 +43,7 @@ impl Counters {
         for id in drawn_triangles {
             let offset = u64::from(id) * 4;
             let pixels = self.buffer.view::<u32>(offset, 1)?[0];
-            self.last.push(DrawnPixels { drawn: DrawnId(id), pixels, ray: None });
+            self.last.push(DrawnPixels { drawn: DrawnId(id), pixels });
             self.buffer.write(offset, &[0u32])?;
         }
         Ok(())

@@ -107,11 +107,7 @@ impl Renderer {
         if let Some(queries) = &self.queries {
             let pixels = queries.read(plan.queried.len() as u32)?;
             let drawn_triangles = plan.queried.iter().map(|&(id, _)| DrawnId(id));
-            self.query_counts.extend(drawn_triangles.zip(pixels).map(|(drawn, pixels)| DrawnPixels {
-                drawn,
-                pixels,
-                ray: None,
-            }));
+            self.query_counts.extend(drawn_triangles.zip(pixels).map(|(drawn, pixels)| DrawnPixels { drawn, pixels }));
         }
         Ok(FrameStats::new(&std::mem::take(&mut self.times), patches, &plan, &self.query_counts))
     }

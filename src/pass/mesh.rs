@@ -231,16 +231,16 @@ impl LuminanceMesh {
     /// Takes a batch of changes in: slots, drawn triangles, then patches. Old triangles are read before they are overwritten.
     pub(super) fn apply(&mut self, update: &Update) -> Result<()> {
         self.sequence = update.sequence;
+        if self.needs_full {
+            return self.take_over(update);
+        }
         let mut structural = Vec::new();
         for patch in &update.patches {
             let (old, new) = (drawn_ids(update, &patch.old)?, drawn_ids(update, &patch.new)?);
             let changes = old != new;
             structural.push(changes.then(|| old.iter().map(|id| self.corners(id.0)).collect::<Vec<_>>()));
         }
-        for (id, slot) in &update.slots {
-            self.max_value = self.max_value.max(slot.diffuse.max_element()).max(slot.specular.max_element());
-            self.slots.set(id.0, GpuSlot::from(slot));
-        }
+        self.take_values_in(update);
         for (id, drawn) in &update.drawn_triangles {
             self.define(id.0, GpuDrawnTriangle::from(drawn));
         }
@@ -251,6 +251,27 @@ impl LuminanceMesh {
             }
         }
         Ok(())
+    }
+
+    /// Takes changes in that a full draw will show, whatever they replace.
+    fn take_over(&mut self, update: &Update) -> Result<()> {
+        self.drop_pending();
+        self.take_values_in(update);
+        for (id, drawn) in &update.drawn_triangles {
+            self.drawn_triangles.set(id.0, GpuDrawnTriangle::from(drawn));
+        }
+        for patch in &update.patches {
+            drawn_ids(update, &patch.old)?.iter().for_each(|id| self.state(id.0).drawn = false);
+            drawn_ids(update, &patch.new)?.iter().for_each(|id| self.state(id.0).drawn = true);
+        }
+        Ok(())
+    }
+
+    fn take_values_in(&mut self, update: &Update) {
+        for (id, slot) in &update.slots {
+            self.max_value = self.max_value.max(slot.diffuse.max_element()).max(slot.specular.max_element());
+            self.slots.set(id.0, GpuSlot::from(slot));
+        }
     }
 
     fn state(&mut self, drawn_id: u32) -> &mut DrawnState {

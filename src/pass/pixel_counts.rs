@@ -2,8 +2,6 @@
 
 use super::mesh::LuminanceMesh;
 use crate::refine::update::{DrawnId, DrawnPixels};
-use crate::scene::camera::View;
-use glam::Vec2;
 
 /// Pixels of the drawn triangles, as the luminance images show them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -14,17 +12,11 @@ pub struct DrawnCounts {
     pub uncovered: u32,
 }
 
-/// Counters, kept between frames: a table of all drawn triangles costs 0.1 to 0.4 ms where a sorted map costs several.
+/// Counters, kept between calls: a table of all drawn triangles costs 0.1 to 0.4 ms where a sorted map costs several.
 #[derive(Default)]
 pub(super) struct Histogram {
-    /// Pixels of each drawn triangle, and the first of them; zero between calls.
-    counters: Vec<Counter>,
-}
-
-#[derive(Clone, Copy, Default)]
-struct Counter {
-    pixels: u32,
-    first: usize,
+    /// Pixels of each drawn triangle; zero between calls.
+    counters: Vec<u32>,
 }
 
 /// Neighbouring pixels that show the same drawn triangle of the same face.
@@ -33,40 +25,32 @@ struct Run {
     /// Ids of the drawn triangle and of the face, plus 1.
     drawn_id: u32,
     face: u32,
-    counter: Counter,
+    pixels: u32,
 }
 
 impl Histogram {
-    /// Counts; `drawn_ids` and `faces` hold the drawn triangle and the face of each pixel, plus 1, in rows of the
-    /// view's width. Rays pass through the pixels' centres + `jitter`.
-    pub(super) fn count(
-        &mut self,
-        (drawn_ids, faces): (&[u32], &[u32]),
-        mesh: &LuminanceMesh,
-        (view, jitter): (&View, Vec2),
-    ) -> DrawnCounts {
+    /// Counts; `drawn_ids` and `faces` hold the drawn triangle and the face of each pixel, plus 1.
+    pub(super) fn count(&mut self, drawn_ids: &[u32], faces: &[u32], mesh: &LuminanceMesh) -> DrawnCounts {
         let mut counts = DrawnCounts::default();
         // Neighbours mostly are alike: what they are is looked up once a run.
         let mut run = Run::default();
-        for (pixel, (&drawn_id, &face)) in drawn_ids.iter().zip(faces).enumerate() {
+        for (&drawn_id, &face) in drawn_ids.iter().zip(faces) {
             if (drawn_id, face) != (run.drawn_id, run.face) {
                 self.add(run, mesh, &mut counts);
-                run = Run { drawn_id, face, counter: Counter { pixels: 0, first: pixel } };
+                run = Run { drawn_id, face, pixels: 0 };
             }
-            run.counter.pixels += 1;
+            run.pixels += 1;
         }
         self.add(run, mesh, &mut counts);
-        let ray = |pixel: usize| view.direction(view.size.centre_of(pixel) + jitter);
-        let counted = self.counters.iter_mut().zip(0..).filter(|(counter, _)| counter.pixels > 0);
-        counts.drawn_triangles.extend(counted.map(|(counter, id)| {
-            let Counter { pixels, first } = std::mem::take(counter);
-            DrawnPixels { drawn: DrawnId(id), pixels, ray: Some(ray(first)) }
-        }));
+        let counted = self.counters.iter_mut().zip(0..).filter(|(pixels, _)| **pixels > 0);
+        counts
+            .drawn_triangles
+            .extend(counted.map(|(pixels, id)| DrawnPixels { drawn: DrawnId(id), pixels: std::mem::take(pixels) }));
         counts
     }
 
     fn add(&mut self, run: Run, mesh: &LuminanceMesh, counts: &mut DrawnCounts) {
-        let Counter { pixels, first } = run.counter;
+        let pixels = run.pixels;
         match (run.drawn_id.checked_sub(1), run.face.checked_sub(1)) {
             (_, None) => {}
             (None, _) => counts.uncovered += pixels,
@@ -74,13 +58,9 @@ impl Histogram {
             (Some(id), Some(face)) if mesh.is_drawn(id) && mesh.drawn_triangles.get(id).face == face => {
                 let index = id as usize;
                 if index >= self.counters.len() {
-                    self.counters.resize(index + 1, Counter::default());
+                    self.counters.resize(index + 1, 0);
                 }
-                let counter = &mut self.counters[index];
-                if counter.pixels == 0 {
-                    counter.first = first;
-                }
-                counter.pixels += pixels;
+                self.counters[index] += pixels;
             }
             _ => {}
         }

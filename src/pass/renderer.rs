@@ -227,6 +227,12 @@ impl Renderer {
         Ok(counts)
     }
 
+    /// The face of each pixel, plus 1, as [`Self::visibility`] last saw them; 0 where there is none.
+    #[must_use]
+    pub fn face_ids(&self) -> &[u32] {
+        &self.face_ids
+    }
+
     /// Takes changes in; they are drawn by the next frame, or by several if they are many.
     ///
     /// # Errors
@@ -254,7 +260,7 @@ impl Renderer {
         recording.pass("readback", |pass| read_back.record_drawn_ids(pass, targets));
         let times = recording.submit()?;
         self.times.extend(times);
-        Ok(self.histogram.count((self.read_back.ids()?, &self.face_ids), &self.mesh, (&self.view, self.jitter)))
+        Ok(self.histogram.count(self.read_back.ids()?, &self.face_ids, &self.mesh))
     }
 
     /// What the queries of the last frame counted, in the order drawn: drawn triangles with the pixels that each was drawn to.
@@ -268,6 +274,11 @@ impl Renderer {
     #[must_use]
     pub fn atomic_counts(&self) -> &[DrawnPixels] {
         self.counters.last()
+    }
+
+    /// Has the next frame draw all drawn triangles: what changes until then need not be kept in order.
+    pub fn draw_all_next(&mut self) {
+        self.mesh.require_full();
     }
 
     /// Whether changes wait for the next frame.

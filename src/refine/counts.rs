@@ -1,30 +1,10 @@
-//! What the GPU has drawn and counted comes in: pixels steer refinement.
+//! What the GPU has drawn and counted comes in: triangles that are not drawn any more can be recycled, and pixels that
+//! it counted (by queries or counters, instead of the image's) steer refinement.
 
 use super::engine::{Counted, Engine};
 use super::update::DrawnPixels;
-use super::view::FEW_PIXELS;
 use crate::cache::ids::{DrawnId, NodeId};
-use glam::Vec3;
 use rustc_hash::{FxHashMap, FxHashSet};
-
-/// Pixels of a leaf of the hierarchy, which may be drawn as several triangles.
-#[derive(Clone, Copy, Default)]
-struct NodePixels {
-    pixels: u32,
-    ray: Option<Vec3>,
-}
-
-impl NodePixels {
-    fn add(&mut self, counted: &DrawnPixels) {
-        self.pixels += counted.pixels;
-        self.ray = self.ray.or(counted.ray);
-    }
-
-    /// The ray of one of its pixels, if they are few.
-    fn one_ray(&self) -> Option<Vec3> {
-        self.ray.filter(|_| self.pixels <= FEW_PIXELS)
-    }
-}
 
 impl Engine {
     /// Takes in what the GPU has drawn: triangles that it has replaced can be recycled, counted pixels steer
@@ -32,14 +12,10 @@ impl Engine {
     pub fn counted(&mut self, counted: &Counted) {
         self.publisher.recycle(&mut self.cache, counted.sequence);
         // Pixels of another camera say nothing.
-        let Some(pixels) = counted.pixels.as_ref().filter(|_| counted.generation == self.view.generation) else {
+        if self.view.listed || counted.pixels.is_empty() || counted.generation != self.view.generation {
             return;
-        };
-        let changed = self.recount(counted, pixels);
-        if counted.complete {
-            self.publisher.note_counted(counted.sequence);
         }
-        for leaf in changed {
+        for leaf in self.recount(&counted.pixels) {
             self.account(leaf);
             if self.is_complete() {
                 self.enqueue_leaf(leaf);
@@ -48,20 +24,17 @@ impl Engine {
     }
 
     /// Brings the leaves' pixels up to date; returns the leaves that have others now.
-    fn recount(&mut self, counted: &Counted, pixels: &[DrawnPixels]) -> Vec<NodeId> {
-        let due = if counted.complete { self.publisher.due_for_count(counted.sequence) } else { self.listed(pixels) };
-        let mut by_node: FxHashMap<NodeId, NodePixels> =
-            due.into_iter().map(|id| (id, NodePixels::default())).collect();
-        let is_new =
-            |leaf: &&DrawnPixels| !counted.complete || self.publisher.is_uncounted(leaf.drawn, counted.sequence);
-        for leaf in pixels.iter().filter(is_new) {
-            if let Some(found) = by_node.get_mut(&self.cache.drawn.triangles[leaf.drawn].node) {
-                found.add(leaf);
+    fn recount(&mut self, pixels: &[DrawnPixels]) -> Vec<NodeId> {
+        let due = self.listed(pixels).into_iter();
+        let mut by_node: FxHashMap<NodeId, u32> = due.map(|id| (id, 0)).collect();
+        for counted in pixels {
+            if let Some(found) = by_node.get_mut(&self.cache.drawn.triangles[counted.drawn].node) {
+                *found += counted.pixels;
             }
         }
-        let mut found: Vec<(NodeId, NodePixels)> = by_node.into_iter().collect();
+        let mut found: Vec<(NodeId, u32)> = by_node.into_iter().collect();
         found.sort_unstable_by_key(|(id, _)| *id);
-        found.retain(|&(id, found)| self.is_seen(id) && self.set_pixels(id, found));
+        found.retain(|&(id, found)| self.is_seen(id) && self.set_pixels(id, found as f32));
         found.into_iter().map(|(id, _)| id).collect()
     }
 
@@ -81,17 +54,12 @@ impl Engine {
     }
 
     /// Whether a leaf has other pixels than it was thought to have.
-    fn set_pixels(&mut self, id: NodeId, found: NodePixels) -> bool {
-        let (pixels, ray) = (found.pixels as f32, found.one_ray());
+    fn set_pixels(&mut self, id: NodeId, pixels: f32) -> bool {
         let leaf = &mut self.view.leaves[id];
-        if (pixels, ray) == (leaf.pixels, leaf.ray) {
-            return false;
-        }
-        let difference = pixels - leaf.pixels;
-        (leaf.pixels, leaf.ray) = (pixels, ray);
+        let difference = pixels - std::mem::replace(&mut leaf.pixels, pixels);
         if difference != 0.0 {
             self.recount_indirect(id, difference);
         }
-        true
+        difference != 0.0
     }
 }

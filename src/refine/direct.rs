@@ -54,7 +54,7 @@ impl Engine {
 
     /// Puts a vertex inside a leaf where its one pixel sees it.
     fn place_pixel_vertex(&mut self, id: NodeId, grown: &mut Grown) {
-        let Some(ray) = self.view.leaves[id].ray.filter(|_| self.cache.topology.is_leaf(id)) else { return };
+        let Some(ray) = self.view.ray(id).filter(|_| self.cache.topology.is_leaf(id)) else { return };
         let Some(placed) = self.cache.place_pixel_vertex(id, self.view.eye, ray) else { return };
         self.view.leaves[id].sampled = true;
         let vertex = self.cache.slots[placed.slot].vertex;

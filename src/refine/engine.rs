@@ -8,6 +8,7 @@ use super::image_error::ImageError;
 use super::miss_rate::MissRate;
 use super::options::{Options, Piece};
 use super::pixel_checks::PixelChecks;
+use super::pixel_lists::FaceImage;
 use super::predictions::Predictions;
 use super::publisher::Publisher;
 use super::reflectances::Reflectances;
@@ -21,7 +22,6 @@ use crate::cache::weld::Weld;
 use crate::geom::bvh::Bvh;
 use crate::light::context::SceneContext;
 use crate::light::lights::Lights;
-use crate::scene::camera::View;
 use crate::scene::{FaceId, Scene};
 use glam::Vec3;
 use std::sync::Arc;
@@ -43,23 +43,22 @@ pub struct Visible {
     pub generation: u32,
     /// Eye position, scene units, for the specular luminance.
     pub eye: Vec3,
-    /// The image, whose pixels are looked at one by one in the end; `None` leaves what vertices do not show to chance.
-    pub view: Option<View>,
+    /// The image, whose pixels steer refinement and are checked one by one in the end; `None` goes by the faces' numbers of pixels alone,
+    /// and leaves what vertices do not show to chance.
+    pub image: Option<FaceImage>,
     /// Visible faces in ascending order, with their pixels.
     pub faces: Vec<(FaceId, u32)>,
 }
 
-/// Pixels of drawn triangles, as the GPU counted them.
+/// What the GPU has drawn.
 #[derive(Clone, Debug)]
 pub struct Counted {
     /// Camera generation that was drawn.
     pub generation: u32,
     /// Last update that was drawn completely.
     pub sequence: u64,
-    /// Triangles with their pixels. `None` if nothing was counted.
-    pub pixels: Option<Vec<DrawnPixels>>,
-    /// Whether drawn triangles that are missing have no pixels; otherwise they were not counted.
-    pub complete: bool,
+    /// Triangles whose pixels were counted, for an engine that does not go by the image's ([`Options::listed`]).
+    pub pixels: Vec<DrawnPixels>,
 }
 
 /// The light engine of one scene.
@@ -107,7 +106,7 @@ impl Engine {
             scale: scene.scale(),
             reflectances: Reflectances::new(&scene),
             cache,
-            view: ViewState { counted: options.counted, ..ViewState::default() },
+            view: ViewState { listed: options.listed, ..ViewState::default() },
             scheduler: Scheduler::default(),
             image: ImageError::default(),
             miss_rate: MissRate::default(),
@@ -235,8 +234,7 @@ impl Engine {
         self.stats.complete = self.is_complete();
         let error = self.image.relative(self.checks.miss_rate());
         self.stats.estimated_error = error.filter(|_| self.stats.complete);
-        let awaits_counts = self.options.counted && self.publisher.awaits_counts();
-        self.stats.converged = self.is_idle() && !awaits_counts;
+        self.stats.converged = self.is_idle();
         self.stats
     }
 }

@@ -217,7 +217,7 @@ impl ErrorModel<'_> {
     /// it is known which pixel that is.
     fn belongs_to_a_pixel(&self, id: NodeId) -> bool {
         let leaf = &self.view.leaves[id];
-        (self.view.is_one_pixel(id) || (self.options.counted && leaf.pixels <= 1.0)) && self.samples_pixels()
+        (self.view.is_one_pixel(id) || (self.view.listed && leaf.pixels <= 1.0)) && self.samples_pixels()
     }
 
     /// Whether leaves as small as a pixel are sampled where that sees them.

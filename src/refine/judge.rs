@@ -51,12 +51,7 @@ impl Engine {
     fn divide_leaf(&mut self, leaf: &SplitLeaf) {
         let surplus = self.error_model().surplus(leaf.node, leaf.split.middles);
         leaf.by_miss_rate.into_iter().for_each(|square| self.miss_rate.note(surplus / square));
-        let parent = self.view.leaves[leaf.node];
-        for child in leaf.split.children.all() {
-            let child = &mut self.view.leaves[child];
-            (child.pixels, child.share) = (parent.pixels * 0.25, parent.share * 0.25);
-            child.visible = parent.visible;
-        }
+        self.view.hand_pixels_down(leaf.node, leaf.split.children);
         self.checks.hand_down(leaf.node, leaf.split.children, &self.cache, &mut self.view);
         self.image.replace(&mut self.view.leaves[leaf.node].accounted, None);
     }
@@ -85,10 +80,9 @@ impl Engine {
 
     /// Checks the pixels of leaves.
     fn check_pixels(&mut self, nodes: &[NodeId]) {
-        let Some(image) = self.view.image else { return };
         let (context, cache, view) = (self.context(), &self.cache, &self.view);
         let turn = |node: NodeId| if view.is_checked(node) { view.leaves[node].checks } else { 0 };
-        let check = |node, rays: &mut u64| pixel_checks::check(&context, cache, (&image, node), turn(node), rays);
+        let check = |node, rays: &mut u64| pixel_checks::check(&context, cache, (view, node), turn(node), rays);
         let found = self.workers.map_counting(nodes, |&node, rays| check(node, rays));
         self.stats.rays += found.rays;
         self.checks.note_rays(found.rays);

@@ -15,6 +15,7 @@ mod miss_rate;
 pub mod nice;
 pub mod options;
 mod pixel_checks;
+pub mod pixel_lists;
 mod predictions;
 mod publisher;
 pub mod reflectances;

@@ -36,9 +36,8 @@ pub struct Options {
     pub priority: Priority,
     /// A leaf that covers no more pixels is not split.
     pub min_pixels: f32,
-    /// Whether the pixels of all leaves are counted after every change, so that leaves of about a pixel can wait to
-    /// hear which it is.
-    pub counted: bool,
+    /// Whether leaves go by the pixels of the image, where it is known; otherwise by what the GPU counts.
+    pub listed: bool,
     /// Michelson contrast along an edge that counts as a perceptible discontinuity (`Priority::Random`).
     pub contrast: f32,
     /// Size of the smallest shadow that must not be missed, scene units.

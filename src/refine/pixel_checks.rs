@@ -7,13 +7,11 @@ use super::miss_rate::MissRate;
 use super::options::{Piece, Priority};
 use super::view::ViewState;
 use crate::cache::ids::NodeId;
-use crate::cache::pixels::pixels_of;
 use crate::cache::pixels::weights_inside;
 use crate::cache::store::Cache;
 use crate::cache::topology::Children;
 use crate::cache::visibility_probe::{self, Mismatch};
 use crate::light::context::SceneContext;
-use crate::scene::camera::View;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
@@ -178,11 +176,10 @@ impl ErrorModel<'_> {
         let (node, leaf) = (&self.cache.topology.nodes[id], &self.view.leaves[id]);
         self.options.priority == Priority::Error
             && !self.lacks(Piece::Checks)
-            && self.view.image.is_some()
             && node.children.is_none()
             && leaf.visible
             && (!leaf.checked || leaf.checks > 0)
-            && leaf.pixels > 0.0
+            && leaf.span.is_some_and(|span| !span.is_empty())
             && leaf.pixels <= self.options.shadow_pixels.min(MOST_PIXELS)
             && self.settled(id).is_none()
             && node.corners.iter().all(|&slot| self.cache.slots[slot].direct.known)
@@ -194,19 +191,21 @@ impl ErrorModel<'_> {
 pub fn check(
     context: &SceneContext<'_>,
     cache: &Cache,
-    (view, node): (&View, NodeId),
+    (view, node): (&ViewState, NodeId),
     turn: u32,
     rays: &mut u64,
 ) -> Found {
     let (mut found, mut is_open) = (Found::default(), false);
-    for pixel in pixels_of(view, cache.corner_positions(node)).unwrap_or_default() {
+    let Some((image, span)) = view.image.zip(view.leaves[node].span) else { return found };
+    for pixel in view.lists.of(span) {
         let Mismatch { luminance, open, more } =
-            visibility_probe::mismatch(context, cache, (node, pixel.weights), turn, rays);
+            visibility_probe::mismatch(context, cache, (node, pixel.weights()), turn, rays);
         found.pixels += 1;
         is_open |= open;
         found.more |= more;
         if luminance > 0.0 {
-            found.mismatches.push(PixelMismatch { ray: pixel.ray, luminance });
+            let ray = image.direction(image.size.centre_of(pixel.pixel as usize));
+            found.mismatches.push(PixelMismatch { ray, luminance });
         }
     }
     if is_open {

@@ -16,19 +16,12 @@ pub struct Publisher {
     redraw: Vec<NodeId>,
     /// Number of the last update.
     sequence: u64,
-    /// The last update that changed triangles, and the last whose triangles' pixels are counted.
-    redrawn: u64,
-    counted: u64,
-    /// The last update that showed a new view.
-    viewed: u64,
     /// Triangles out of use, with the update that replaced them.
     retired: VecDeque<(u64, DrawnId)>,
     /// Update that first drew each triangle.
     born: Sparse<DrawnId, u64>,
     /// Update that last listed each triangle for its values.
     listed: Table<DrawnId, u64>,
-    /// Nodes whose triangles' pixels are not known, with the update that draws them, in its order.
-    uncounted: VecDeque<(u64, NodeId)>,
 }
 
 impl Publisher {
@@ -44,35 +37,10 @@ impl Publisher {
         }
     }
 
-    /// Notes that the pixels of all triangles are known as update `sequence` left them.
-    pub fn note_counted(&mut self, sequence: u64) {
-        self.counted = sequence;
-    }
-
-    /// Whether triangles were drawn whose pixels are not counted.
-    #[must_use]
-    pub const fn awaits_counts(&self) -> bool {
-        self.counted < self.redrawn
-    }
-
     /// Triangles out of use that the GPU has not replaced yet.
     #[must_use]
     pub fn retired(&self) -> usize {
         self.retired.len()
-    }
-
-    /// Whether the pixels of a triangle, which update `sequence` or an earlier one has drawn, are known for the first
-    /// time.
-    #[must_use]
-    pub fn is_uncounted(&self, drawn: DrawnId, sequence: u64) -> bool {
-        let born = self.born.get(drawn);
-        born > 0 && born <= sequence && (born > self.counted || self.counted <= self.viewed)
-    }
-
-    /// Takes the nodes whose triangles update `sequence` or an earlier one has drawn since pixels were last counted.
-    pub fn due_for_count(&mut self, sequence: u64) -> Vec<NodeId> {
-        let due = self.uncounted.partition_point(|(drawn, _)| *drawn <= sequence);
-        self.uncounted.drain(..due).map(|(_, node)| node).collect()
     }
 
     /// Takes the triangles of a node out of use: the update in the making replaces them.
@@ -86,9 +54,6 @@ impl Publisher {
     fn draw(&mut self, cache: &mut Cache, view: &ViewState, node: NodeId) {
         let drawn = cache.draw(node, view.pixel_slot(cache, node));
         drawn.into_iter().for_each(|drawn| *self.born.entry(drawn) = self.sequence + 1);
-        if view.counted {
-            self.uncounted.push_back((self.sequence + 1, node));
-        }
     }
 
     /// Draws a leaf of a new view, anew if it is not drawn or `stale`.
@@ -103,8 +68,6 @@ impl Publisher {
     pub fn full_update(&mut self, cache: &Cache, view: &ViewState, leaves: &[NodeId], slots: &[SlotId]) -> Update {
         self.changed.clear();
         self.sequence += 1;
-        (self.redrawn, self.viewed) = (self.sequence, self.sequence);
-        self.uncounted = leaves.iter().map(|&leaf| (self.sequence, leaf)).collect();
         let mut update = Update { generation: view.generation, sequence: self.sequence, ..Update::default() };
         update.slots = values(cache, view, slots);
         for &node in leaves {
@@ -142,7 +105,6 @@ impl Publisher {
             if view.sees(node) {
                 let face = cache.topology.nodes[node].face;
                 update.patches.push(Patch { face, old: start..middle, new: middle..end });
-                self.redrawn = self.sequence + 1;
             }
         }
         fresh.retain(|&slot| !cache.slots[slot].direct.known);
@@ -284,21 +246,5 @@ mod tests {
         assert_eq!((live(&square), publisher.retired()), (8, 2));
         publisher.recycle(&mut square.rooted.cache, update.sequence);
         assert_eq!((live(&square), publisher.retired()), (6, 0));
-    }
-
-    #[test]
-    fn triangles_await_counts_until_all_that_were_drawn_are_counted() {
-        let (mut square, mut publisher, mut mesh) = published();
-        assert!(publisher.awaits_counts());
-        assert_eq!(publisher.due_for_count(1), square.roots);
-        publisher.note_counted(1);
-        assert!(!publisher.awaits_counts() && publisher.due_for_count(1).is_empty());
-        square.view.counted = true;
-        split(&mut square, &mut publisher);
-        let update = next(&mut square, &mut publisher, &mut mesh);
-        assert!(publisher.awaits_counts() && publisher.due_for_count(update.sequence - 1).is_empty());
-        let drawn = square.cache.drawn.of_node(square.roots[1])[0];
-        assert!(!publisher.is_uncounted(drawn, update.sequence - 1) && publisher.is_uncounted(drawn, update.sequence));
-        assert_eq!(publisher.due_for_count(update.sequence).len(), 5, "four children, one drawn anew");
     }
 }

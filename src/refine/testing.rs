@@ -39,7 +39,7 @@ fn options() -> Options {
         max_light_groups: 8,
         priority: Priority::Error,
         min_pixels: 1.0,
-        counted: false,
+        listed: false,
         contrast: 0.02,
         shadow_size: f32::INFINITY,
         shadow_pixels: f32::INFINITY,

@@ -26,14 +26,11 @@ enum Command {
 /// Whether batches follow the clock or the frame loop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pace {
-    /// Batches of a few milliseconds as fast as they come.
-    Free,
+    /// Batches of about this long, as fast as they come.
+    Free(Duration),
     /// One batch of fixed work on each [`EngineThread::step`]: deterministic.
     Stepped,
 }
-
-/// Length of a batch: short against a frame, long against the cost of handing it over.
-const BATCH: Duration = Duration::from_millis(4);
 
 /// Updates that may wait to be taken: a frame loop that falls further behind makes the engine wait.
 const WAITING: usize = 64;
@@ -49,17 +46,24 @@ pub struct EngineThread {
 }
 
 impl EngineThread {
-    /// Starts the thread; `build` makes the engine there, so that its tables do not delay the caller.
+    /// Starts the thread, at low priority if it works beside frames that somebody waits for; `build` makes the engine
+    /// there, so that its tables do not delay the caller.
     ///
     /// # Errors
     /// If the system gives no thread.
-    pub fn spawn(pace: Pace, build: impl FnOnce() -> Engine + Send + 'static) -> std::io::Result<Self> {
+    pub fn spawn(
+        pace: Pace,
+        beside_frames: bool,
+        build: impl FnOnce() -> Engine + Send + 'static,
+    ) -> std::io::Result<Self> {
         let (commands, inbox) = unbounded();
         let (outbox, updates) = bounded(WAITING);
         let made = Arc::new(AtomicBool::new(false));
         let is_made = Arc::clone(&made);
         let thread = std::thread::Builder::new().name("penombre-engine".to_owned()).spawn(move || {
-            lower_priority();
+            if beside_frames {
+                lower_priority();
+            }
             let mut engine = build();
             is_made.store(true, Ordering::Release);
             run(&mut engine, pace, &inbox, &outbox);
@@ -136,6 +140,10 @@ impl Drop for EngineThread {
 /// Serves commands until their sender is gone; between them, works on (pace free) until nothing is left.
 fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Sender<Update>) {
     let mut idle = true;
+    let budget = match pace {
+        Pace::Free(batch) => Budget::Time(batch),
+        Pace::Stepped => Budget::Rays(1),
+    };
     loop {
         let command = if idle {
             match inbox.recv() {
@@ -154,16 +162,15 @@ fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Send
             Some(Command::Relight(factors, visible)) => engine.relight(&factors, &visible),
             Some(Command::Counted(counted)) => {
                 engine.counted(&counted);
-                if pace == Pace::Stepped || (engine.is_idle() && counted.pixels.is_none()) {
-                    idle = true;
+                idle = pace == Pace::Stepped || engine.is_idle();
+                if idle || counted.pixels.is_empty() {
                     continue;
                 }
-                // A batch between any two counts, or counts that come fast would leave no time for work; and an
-                // engine that has waited for them says whether it is done now.
-                engine.step(Budget::Time(BATCH))
+                // A batch between any two counts, or counts that come fast would leave no time for work.
+                engine.step(budget)
             }
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
-            None => engine.step(Budget::Time(BATCH)),
+            None => engine.step(budget),
         };
         idle = pace == Pace::Stepped || engine.is_idle();
         if outbox.send(update).is_err() {

@@ -41,8 +41,6 @@ pub struct DrawnPixels {
     pub drawn: DrawnId,
     /// How many pixels show it.
     pub pixels: u32,
-    /// Direction from the eye through the first of them, any length; `None` if it is not known which they are.
-    pub ray: Option<Vec3>,
 }
 
 /// One batch of changes, applied in order: slots, then drawn triangles, then patches.

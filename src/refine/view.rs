@@ -1,26 +1,28 @@
 //! What belongs to one view: the pixels of its leaves, what they add to the image's error, and S for its eye. Tables
 //! by id beside the cache, which holds what is true in any view.
 
+use super::pixel_lists::{PixelLists, Span};
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::indirect::SpecularTable;
 use crate::cache::pool::Table;
 use crate::cache::store::Cache;
+use crate::cache::topology::Children;
 use crate::scene::FaceId;
 use crate::scene::camera::View;
 use glam::Vec3;
 
-/// Pixels of leaves that are looked at where a pixel sees them rather than in the middle.
-pub const FEW_PIXELS: u32 = 3;
+/// Pixels of leaves at most that are sampled where a pixel sees them.
+const FEW_PIXELS: u32 = 3;
 
 /// What a view makes of a leaf.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LeafView {
     /// Whether the view shows it.
     pub visible: bool,
-    /// Pixels it covers on screen: counted by the GPU, or a share of its parent's until then.
+    /// Pixels it covers on screen: those of its span, or a share of its parent's until the GPU has counted them.
     pub pixels: f32,
-    /// Direction from the eye through one of its pixels, any length, if the GPU has counted few.
-    pub ray: Option<Vec3>,
+    /// Its pixels; `None` if the image of its face is not known.
+    pub span: Option<Span>,
     /// Its share of the pixels of its face, by area.
     pub share: f32,
     /// How much brighter than it is drawn a highlight between its corners is: specular luminance S, W·sr⁻¹·m⁻².
@@ -90,12 +92,14 @@ pub struct ViewState {
     pub eye: Vec3,
     /// The image, if it is known.
     pub image: Option<View>,
+    /// The pixels of its leaves.
+    pub lists: PixelLists,
     /// Visible faces in ascending order, with their pixels.
     pub faces: Vec<(FaceId, u32)>,
     /// Roots of the visible faces.
     pub roots: Vec<NodeId>,
-    /// Whether the pixels of all triangles are counted after every change.
-    pub counted: bool,
+    /// Whether leaves cover the pixels that their spans hold.
+    pub listed: bool,
     /// By leaf of the hierarchy.
     pub leaves: Table<NodeId, LeafView>,
     /// By leaf of the indirect layer.
@@ -119,10 +123,18 @@ impl ViewState {
         self.leaves[leaf].checked
     }
 
+    /// Direction from the eye through the centre of one of a leaf's pixels, any length, if it has few.
+    #[must_use]
+    pub fn ray(&self, leaf: NodeId) -> Option<Vec3> {
+        let span = self.leaves[leaf].span.filter(|span| (1..=FEW_PIXELS).contains(&span.len()))?;
+        let (view, pixel) = (self.image?, self.lists.of(span).first()?.pixel);
+        Some(view.direction(view.size.centre_of(pixel as usize)))
+    }
+
     /// Whether a leaf is known to show in exactly one pixel, and in which.
     #[must_use]
     pub fn is_one_pixel(&self, leaf: NodeId) -> bool {
-        self.leaves[leaf].pixels == 1.0 && self.leaves[leaf].ray.is_some()
+        self.leaves[leaf].pixels == 1.0 && self.ray(leaf).is_some()
     }
 
     /// The slot of the pixel vertex of a leaf, if that is what the leaf's one pixel shows.
@@ -157,14 +169,49 @@ impl ViewState {
         }
     }
 
-    /// Takes a leaf into the view, with its share of the face's pixels until they are counted, or with what is known of
-    /// its pixels if the camera `stays`.
+    /// Takes a leaf into the view, with its share of the face's pixels, or with those that it is known to have; with
+    /// what is known already if the camera `stays`.
     pub fn show(&mut self, id: NodeId, share: f32, stays: bool) {
-        let leaf = &mut self.leaves[id];
         if !stays {
-            (leaf.pixels, leaf.share) = (share, share);
+            let span = self.leaves[id].span;
+            self.set_pixels(id, span, share, share);
         }
-        (leaf.visible, leaf.accounted) = (true, Accounted::default());
+        (self.leaves[id].visible, self.leaves[id].accounted) = (true, Accounted::default());
+    }
+
+    /// Takes the leaves of a root into the view, which has so many pixels, and those of its span if that is known.
+    pub fn show_below(&mut self, cache: &Cache, id: NodeId, share: f32, leaves: &mut Vec<NodeId>) {
+        let Some(children) = cache.topology.nodes[id].children else {
+            self.show(id, share, false);
+            return leaves.push(id);
+        };
+        let spans = self.divide(id);
+        for (child, span) in children.all().into_iter().zip(spans) {
+            self.leaves[child].span = span;
+            self.show_below(cache, child, share * 0.25, leaves);
+        }
+    }
+
+    /// Hands the pixels of a leaf that was split over to its children.
+    pub fn hand_pixels_down(&mut self, parent: NodeId, children: Children) {
+        let spans = self.divide(parent);
+        let LeafView { pixels, share, visible, .. } = self.leaves[parent];
+        for (child, span) in children.all().into_iter().zip(spans) {
+            self.set_pixels(child, span, pixels * 0.25, share * 0.25);
+            self.leaves[child].visible = visible;
+        }
+    }
+
+    /// Gives a leaf its pixels: those of its span, or so many if that does not tell.
+    fn set_pixels(&mut self, id: NodeId, span: Option<Span>, pixels: f32, share: f32) {
+        let listed = span.filter(|_| self.listed).map(|span| span.len() as f32);
+        let leaf = &mut self.leaves[id];
+        (leaf.span, leaf.pixels, leaf.share) = (span, listed.unwrap_or(pixels), share);
+    }
+
+    /// Sorts the pixels of a node among its children.
+    fn divide(&mut self, id: NodeId) -> [Option<Span>; 4] {
+        self.leaves[id].span.map_or([None; 4], |span| self.lists.divide(span).map(Some))
     }
 
     /// Forgets what it made of its leaves and vertices: nothing is done for the pixels of another camera. What is

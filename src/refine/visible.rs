@@ -3,6 +3,7 @@
 
 use super::engine::{Engine, Visible};
 use super::image_error::ImageError;
+use super::pixel_lists::PixelLists;
 use super::update::Update;
 use crate::cache::ids::{DrawnId, NodeId, SlotId, VertexId};
 use crate::scene::FaceId;
@@ -12,15 +13,19 @@ impl Engine {
     /// Takes a new view; the returned update shows all of it.
     pub fn set_visible(&mut self, visible: &Visible) -> Update {
         let view = &self.view;
-        let stays = view.eye == visible.eye && view.image == visible.view && view.faces == visible.faces;
+        let image = visible.image.as_ref().map(|image| image.view);
+        let stays = view.eye == visible.eye && view.image == image && view.faces == visible.faces;
         if !stays {
             self.checks.forget();
         }
         self.view.forget(stays);
-        (self.view.generation, self.view.eye, self.view.image) = (visible.generation, visible.eye, visible.view);
+        (self.view.generation, self.view.eye, self.view.image) = (visible.generation, visible.eye, image);
         self.view.faces.clone_from(&visible.faces);
         self.view.roots =
             visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
+        if !stays {
+            self.list_pixels(visible);
+        }
         let leaves = self.draw_visible_leaves(&visible.faces, stays);
         self.scheduler.clear();
         self.reset_tolerance();
@@ -46,17 +51,28 @@ impl Engine {
         update
     }
 
-    /// The leaves of the visible faces, drawn and with their share of the faces' pixels until they are counted, or
-    /// with the pixels that they have if the camera `stays`.
+    /// Sorts the pixels of the image by face, for the roots of the visible faces.
+    fn list_pixels(&mut self, visible: &Visible) {
+        let Some(image) = &visible.image else { return self.view.lists = PixelLists::default() };
+        let faces: Vec<FaceId> = visible.faces.iter().map(|(face, _)| *face).collect();
+        let corners = |index: usize| self.cache.corner_positions(self.view.roots[index]);
+        let (lists, spans) = PixelLists::new(image, &faces, corners);
+        self.view.lists = lists;
+        for (&root, span) in self.view.roots.iter().zip(spans) {
+            // Faces that only redraws with sub-pixel offsets see go by their share.
+            self.view.leaves[root].span = Some(span).filter(|span| !span.is_empty());
+        }
+    }
+
+    /// The leaves of the visible faces, drawn and with their pixels, which they have already if the camera `stays`.
     fn draw_visible_leaves(&mut self, faces: &[(FaceId, u32)], stays: bool) -> Vec<NodeId> {
         let mut all = Vec::new();
-        for (i, &(_, pixels)) in faces.iter().enumerate() {
-            let start = all.len();
-            self.cache.topology.leaves(self.view.roots[i], &mut all);
-            for &leaf in &all[start..] {
-                let level = self.cache.topology.nodes[leaf].level;
-                let share = pixels as f32 * 0.25_f32.powi(i32::from(level));
-                self.view.show(leaf, share, stays);
+        if stays {
+            all = self.view.visible_leaves(&self.cache);
+            all.iter().for_each(|&leaf| self.view.show(leaf, 0.0, true));
+        } else {
+            for (i, &(_, pixels)) in faces.iter().enumerate() {
+                self.view.show_below(&self.cache, self.view.roots[i], pixels as f32, &mut all);
             }
         }
         for &leaf in &all {

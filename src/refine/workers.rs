@@ -5,7 +5,7 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// A fixed pool of low-priority threads that also counts the CPU time they spend on jobs.
+/// A fixed pool of threads that also counts the CPU time they spend on jobs.
 pub struct Workers {
     pool: ThreadPool,
     nanoseconds: AtomicU64,
@@ -21,15 +21,19 @@ pub struct Counted<R> {
 }
 
 impl Workers {
-    /// A pool of `threads` threads.
+    /// A pool of `threads` threads, of low priority if they work beside frames that somebody waits for.
     ///
     /// # Errors
     /// If the system gives no threads.
-    pub fn new(threads: usize) -> Result<Self, rayon::ThreadPoolBuildError> {
+    pub fn new(threads: usize, beside_frames: bool) -> Result<Self, rayon::ThreadPoolBuildError> {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .thread_name(|i| format!("penombre-trace-{i}"))
-            .start_handler(|_| lower_priority())
+            .start_handler(move |_| {
+                if beside_frames {
+                    lower_priority();
+                }
+            })
             .build()?;
         Ok(Self { pool, nanoseconds: AtomicU64::new(0) })
     }

@@ -11,6 +11,9 @@ pub(super) struct Clock {
     first_light: Option<Instant>,
     /// When the last picture was made.
     last_picture: Option<Instant>,
+    /// When the last frame began to be drawn, and how long that took.
+    drawing: Option<Instant>,
+    frame_cost: Duration,
     /// When the first picture was made, and the first in which every visible vertex has a value.
     pub first_picture: Option<Instant>,
     pub complete_picture: Option<Instant>,
@@ -28,6 +31,7 @@ impl Clock {
     /// A frame is done, with a picture or without; when that is, since the first frame began.
     pub(super) fn frame_ends(&mut self, picture: bool, complete: bool) -> Duration {
         let now = Instant::now();
+        self.frame_cost = self.drawing.map_or(Duration::ZERO, |drawing| now.duration_since(drawing));
         if picture {
             self.last_picture = Some(now);
             self.first_picture.get_or_insert(now);
@@ -36,6 +40,17 @@ impl Clock {
             self.complete_picture.get_or_insert(now);
         }
         self.first_frame.map_or(Duration::ZERO, |first| now.duration_since(first))
+    }
+
+    /// Whether a frame would take at most a tenth of the time since the last, if it costs as much as that did.
+    pub(super) fn frame_is_cheap(&self) -> bool {
+        const SHARE: u32 = 10;
+        self.last_picture.is_none_or(|last| last.elapsed() >= self.frame_cost * (SHARE - 1))
+    }
+
+    /// Notes that a frame begins to be drawn, after all that it shows has arrived.
+    pub(super) fn drawing_begins(&mut self) {
+        self.drawing = Some(Instant::now());
     }
 
     /// Whether a picture is due that comes every `refresh`.

@@ -25,7 +25,7 @@ pub use error_meter::ErrorMeter;
 pub use frame::FrameReport;
 pub use light_engine::{Batches, LightEngine, Pace};
 pub use observer::{Observer, Unobserved};
-pub use options::{Options, PixelCounts, Quality, Refinement, Thresholds, thread_count};
+pub use options::{Frames, Options, PixelCounts, Quality, Refinement, Thresholds, thread_count};
 pub use run_log::RunLog;
 pub use setup::{Gpu, Hierarchy, Opening, owned_engine};
 pub use still::Still;
@@ -34,6 +34,7 @@ pub use totals::Totals;
 use crate::error::{Error, Result};
 use crate::pass::{FrameOptions, Renderer};
 use crate::refine::engine::Visible;
+use crate::refine::pixel_lists::FaceImage;
 use crate::refine::replay::Levels;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::camera::{Camera, View};
@@ -77,6 +78,15 @@ pub struct Session {
     frames: u64,
     stats: EngineStats,
     counting: Counting,
+    /// When frames are drawn while the camera is still.
+    frames_come: Frames,
+}
+
+/// What a turn of the loop took in.
+struct Turn {
+    updates: Vec<Update>,
+    /// Whether there is a new view to draw.
+    moved: bool,
 }
 
 /// What a session looks at.
@@ -94,6 +104,7 @@ impl Session {
     pub fn new(renderer: Renderer, engine: LightEngine, scene: &Arc<Scene>, options: &Options) -> Self {
         Self {
             counting: Counting::new(options, renderer.device()),
+            frames_come: options.frames_on(renderer.device()),
             display: options.display_of(scene),
             scene: Arc::clone(scene),
             share: options.budget,
@@ -131,17 +142,17 @@ impl Session {
     }
 
     fn aim(&mut self, shot: Shot, factors: &[Vec3]) -> Result<()> {
-        let faces = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
-        self.send_view(&shot.view, faces, factors);
+        let (faces, image) = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
+        self.send_view(faces, image, factors);
         self.renderer.relight(factors)?;
         self.shot = Some(shot);
         Ok(())
     }
 
     /// Sends the engine a view of a new generation.
-    fn send_view(&mut self, view: &View, faces: Vec<(FaceId, u32)>, factors: &[Vec3]) {
+    fn send_view(&mut self, faces: Vec<(FaceId, u32)>, image: FaceImage, factors: &[Vec3]) {
         self.wanted += 1;
-        let visible = Visible { generation: self.wanted, eye: view.eye, view: Some(*view), faces };
+        let visible = Visible { generation: self.wanted, eye: image.view.eye, image: Some(image), faces };
         self.engine.relight(factors.to_vec(), visible);
     }
 
@@ -156,13 +167,14 @@ impl Session {
         if self.shot.is_none() {
             return Err(Error::Usage("there is no view to draw".to_owned()));
         }
-        let updates = self.take_updates(observer)?;
-        let moved = self.apply(&updates)?;
+        let Turn { updates, moved } = self.take_updates(observer)?;
         self.clock.frame_begins();
         let ended_by = self.ended_by(observer.interrupted());
-        // The last frame shows everything, whatever patches still wait.
-        let whole = moved || ended_by.is_some() || observer.wants_picture(&self.stats);
-        let combined = whole || self.clock.picture_is_due(self.options.refresh);
+        // The last frame shows everything, whatever patches still wait; so do frames that are seldom.
+        let whole =
+            moved || ended_by.is_some() || observer.wants_picture(&self.stats) || self.frames_come == Frames::Seldom;
+        let combined = whole || matches!(self.frames_come, Frames::Every(time) if self.clock.picture_is_due(time));
+        self.clock.drawing_begins();
         let passes = self.renderer.frame(&FrameOptions {
             colour: moved,
             full_luminance: whole,
@@ -170,9 +182,11 @@ impl Session {
             update_mode: self.options.update,
             queries: if self.counting.how == PixelCounts::Query { QUERIES_A_FRAME } else { 0 },
         })?;
-        self.counting.note_drawn(moved || passes.patches > 0);
+        if self.frames_come == Frames::Seldom {
+            self.renderer.draw_all_next();
+        }
         if let Some(generation) = self.generation {
-            self.counting.count(&mut self.renderer, &mut self.engine, generation, combined)?;
+            self.counting.tell(&self.renderer, &mut self.engine, generation);
         }
         let at = self.clock.frame_ends(combined, self.stats.complete);
         let frame = self.frames;
@@ -194,15 +208,29 @@ impl Session {
         }
     }
 
-    /// The engine's updates of this turn.
-    fn take_updates(&mut self, observer: &mut dyn Observer) -> Result<Vec<Update>> {
-        if self.generation != Some(self.wanted) {
-            return self.view_arrives(observer);
+    /// Takes in the engine's updates until a frame is due.
+    fn take_updates(&mut self, observer: &mut dyn Observer) -> Result<Turn> {
+        let updates = match self.batches() {
+            _ if self.generation != Some(self.wanted) => self.view_arrives(observer)?,
+            Some(batches) => self.fixed_work(&batches)?,
+            None => self.arrived()?,
+        };
+        let mut turn = Turn { moved: self.apply(&updates)?, updates };
+        while self.batches().is_none() && !turn.moved && !self.frame_is_due(observer.interrupted()) {
+            observer.works(self.clock.since_first_frame(), &self.stats);
+            let updates = self.arrived()?;
+            turn.moved = self.apply(&updates)?;
+            turn.updates.extend(updates);
         }
-        match self.batches() {
-            Some(batches) => self.fixed_work(&batches),
-            None => self.arrived(),
-        }
+        Ok(turn)
+    }
+
+    /// Whether a frame is to be drawn of what has arrived.
+    fn frame_is_due(&self, interrupted: bool) -> bool {
+        self.frames_come != Frames::Seldom
+            || self.clock.frame_is_cheap()
+            || self.stats.complete && self.clock.complete_picture.is_none()
+            || self.ended_by(interrupted).is_some()
     }
 
     /// Fixed work between frames; an owned engine has no other.
@@ -245,7 +273,11 @@ impl Session {
     fn arrived(&mut self) -> Result<Vec<Update>> {
         let mut updates: Vec<Update> = Vec::new();
         if !self.stats.converged && !self.renderer.has_pending() {
-            updates.extend(self.engine.wait_for(self.clock.until_picture(self.options.refresh)));
+            let most = match self.frames_come {
+                Frames::Every(time) => self.clock.until_picture(time),
+                Frames::Seldom => TICK,
+            };
+            updates.extend(self.engine.wait_for(most));
         }
         updates.extend(self.engine.arrived()?);
         Ok(updates)

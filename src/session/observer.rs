@@ -16,6 +16,9 @@ pub trait Observer {
     /// Told, several times a second, that the first frame still waits for the engine to be made, and for how long it has.
     fn waits(&mut self, _elapsed: Duration) {}
 
+    /// Told, several times a second, how far the engine is while no frame is drawn.
+    fn works(&mut self, _elapsed: Duration, _stats: &EngineStats) {}
+
     /// Whether the coming frame is to show all that is known, in a picture, whatever is due. Asked once a frame, with the engine's
     /// totals.
     fn wants_picture(&mut self, _stats: &EngineStats) -> bool {

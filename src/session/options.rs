@@ -37,8 +37,8 @@ pub struct Options {
     pub depth_order: DepthOrder,
     /// How the pixels of drawn triangles are counted.
     pub pixel_counts: PixelCounts,
-    /// Time between two frames that make a picture while the camera is still.
-    pub refresh: Duration,
+    /// Time between two frames that make a picture while the camera is still; `None` as [`Self::frames_on`] the device.
+    pub refresh: Option<Duration>,
     /// Sub-pixel redraws that a written image is the mean of, ≥ 1: what any of them sees is lit.
     pub redraws: u32,
     /// When the run ends.
@@ -48,8 +48,8 @@ pub struct Options {
 impl Options {
     /// Default size.
     pub const SIZE: ImageSize = ImageSize { width: 1024, height: 768 };
-    /// Default time between two pictures.
-    pub const REFRESH: Duration = Duration::from_millis(40);
+    /// Time between two pictures on a graphics card.
+    const REFRESH: Duration = Duration::from_millis(40);
 }
 
 impl Default for Options {
@@ -67,7 +67,7 @@ impl Default for Options {
             depth_format: None,
             depth_order: DepthOrder::default(),
             pixel_counts: PixelCounts::default(),
-            refresh: Self::REFRESH,
+            refresh: None,
             redraws: 1,
             budget: Budget::default().or_error(Quality::default().error()),
         }
@@ -171,12 +171,21 @@ impl Quality {
     }
 }
 
+/// When frames are drawn while the camera is still.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Frames {
+    /// Whenever something has arrived, and a picture in this time.
+    Every(Duration),
+    /// Where the device is the CPU that traces: so that they take at most a tenth of the time.
+    Seldom,
+}
+
 /// How the pixels of drawn triangles are counted, which steers refinement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PixelCounts {
-    /// All of them with each picture, from an image of triangle ids.
+    /// By the engine: pixels of the image of face ids, sorted among the triangles as these are split.
     #[default]
-    Histogram,
+    Image,
     /// The largest changed ones, by occlusion queries.
     Query,
     /// The changed ones as they are drawn, by counters.
@@ -186,10 +195,10 @@ pub enum PixelCounts {
 }
 
 impl PixelCounts {
-    /// As asked, or by histogram where the device's queries are not exact.
+    /// As asked, or from the image where the device's queries are not exact.
     #[must_use]
     pub fn on(self, device: &Device) -> Self {
-        if self == Self::Query && !device.report().precise_queries { Self::Histogram } else { self }
+        if self == Self::Query && !device.report().precise_queries { Self::Image } else { self }
     }
 }
 
@@ -218,7 +227,7 @@ impl Options {
             seed: self.seed,
             indirect,
             filter,
-            counted: self.pixel_counts == PixelCounts::Histogram,
+            listed: self.pixel_counts == PixelCounts::Image,
             hemisphere,
             max_light_groups: max_light_groups as usize,
             priority,
@@ -231,6 +240,16 @@ impl Options {
             white: (-self.display_of(scene).exposure).exp2(),
             tolerance,
             without,
+        }
+    }
+
+    /// When frames are drawn while the camera is still.
+    #[must_use]
+    pub fn frames_on(&self, device: &Device) -> Frames {
+        match self.refresh {
+            Some(refresh) => Frames::Every(refresh),
+            None if self.pace == Pace::Free && device.report().is_cpu() => Frames::Seldom,
+            None => Frames::Every(Self::REFRESH),
         }
     }
 
@@ -278,10 +297,10 @@ mod tests {
     }
 
     #[test]
-    fn counts_are_awaited_where_they_are_complete() {
-        let counted =
-            |pixel_counts| Options { pixel_counts, ..Options::default() }.engine_options(&Scene::default()).counted;
-        use PixelCounts::{Atomic, Histogram, Off, Query};
-        assert_eq!([Histogram, Query, Atomic, Off].map(counted), [true, false, false, false]);
+    fn the_engine_counts_pixels_where_the_gpu_does_not() {
+        let listed =
+            |pixel_counts| Options { pixel_counts, ..Options::default() }.engine_options(&Scene::default()).listed;
+        use PixelCounts::{Atomic, Image, Off, Query};
+        assert_eq!([Image, Query, Atomic, Off].map(listed), [true, false, false, false]);
     }
 }

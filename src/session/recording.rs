@@ -33,14 +33,14 @@ impl Session {
 
     /// Gives every vertex that a view shows a first value, without drawing.
     fn light_vertices(&mut self, view: &View, observer: &dyn Observer) -> Result<()> {
-        let faces = visible_faces(&mut self.renderer, view, self.options.redraws)?;
-        self.send_view(view, faces, &[]);
+        let (faces, image) = visible_faces(&mut self.renderer, view, self.options.redraws)?;
+        self.send_view(faces, image, &[]);
         let mut update = self.engine.wait()?;
         while !update.stats.complete && !observer.interrupted() {
             self.engine.step(BATCH);
             update = self.engine.wait()?;
             let Update { generation, sequence, .. } = update;
-            self.engine.counted(Counted { generation, sequence, pixels: None, complete: false });
+            self.engine.counted(Counted { generation, sequence, pixels: Vec::new() });
         }
         Ok(())
     }

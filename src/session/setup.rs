@@ -2,7 +2,7 @@
 
 use super::Session;
 use super::light_engine::{LightEngine, Pace};
-use super::options::{Options, thread_count};
+use super::options::{Frames, Options, thread_count};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::pass::Renderer;
@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::vk::{Device, DeviceOptions};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// The GPU side, opened while the scene loads.
 pub struct Gpu {
@@ -81,7 +81,8 @@ impl Gpu {
         let mut renderer = self.renderer;
         renderer.load(scene)?;
         renderer.resize(options.size)?;
-        let engine = LightEngine::Thread(engine_thread(scene, hierarchy, options)?);
+        let frames = options.frames_on(renderer.device());
+        let engine = LightEngine::Thread(engine_thread(scene, hierarchy, options, frames)?);
         Ok(Session::new(renderer, engine, scene, options))
     }
 }
@@ -130,16 +131,27 @@ impl Hierarchy {
     }
 }
 
+/// Length of a batch at a free pace: short against the time between frames, long against the cost of handing an update over.
+const BATCH: Duration = Duration::from_millis(4);
+const BATCH_OF_SELDOM_FRAMES: Duration = Duration::from_millis(25);
+
 /// Starts an engine; its thread waits for the hierarchy.
 fn engine_thread(
     scene: &Arc<Scene>,
     hierarchy: impl FnOnce() -> Arc<Bvh> + Send + 'static,
     options: &Options,
+    frames: Frames,
 ) -> Result<EngineThread> {
-    let workers = workers(options)?;
-    let pace = if options.pace == Pace::Free { ThreadPace::Free } else { ThreadPace::Stepped };
+    let beside_frames = options.pace == Pace::Free && frames != Frames::Seldom;
+    let workers = workers(options, beside_frames)?;
+    let pace = match options.pace {
+        Pace::Free if beside_frames => ThreadPace::Free(BATCH),
+        Pace::Free => ThreadPace::Free(BATCH_OF_SELDOM_FRAMES),
+        Pace::Fixed(_) => ThreadPace::Stepped,
+    };
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
-    EngineThread::spawn(pace, move || Engine::new(scene, hierarchy(), workers, options)).map_err(|e| no_threads(&e))
+    let build = move || Engine::new(scene, hierarchy(), workers, options);
+    EngineThread::spawn(pace, beside_frames, build).map_err(|e| no_threads(&e))
 }
 
 /// An engine that runs in the caller's thread; the pace is the session's.
@@ -147,13 +159,13 @@ fn engine_thread(
 /// # Errors
 /// [`Error::Exhausted`] if the system gives no threads.
 pub fn owned_engine(scene: &Arc<Scene>, bvh: &Arc<Bvh>, options: &Options) -> Result<LightEngine> {
-    let workers = workers(options)?;
+    let workers = workers(options, false)?;
     let engine = Engine::new(Arc::clone(scene), Arc::clone(bvh), workers, options.engine_options(scene));
     Ok(LightEngine::owned(engine))
 }
 
-fn workers(options: &Options) -> Result<Workers> {
-    Workers::new(thread_count(options.threads)).map_err(|e| no_threads(&e))
+fn workers(options: &Options, beside_frames: bool) -> Result<Workers> {
+    Workers::new(thread_count(options.threads), beside_frames).map_err(|e| no_threads(&e))
 }
 
 fn no_threads(fault: &dyn std::fmt::Display) -> Error {

@@ -3,15 +3,17 @@
 use crate::error::Result;
 use crate::image::film;
 use crate::pass::Renderer;
+use crate::refine::pixel_lists::FaceImage;
 use crate::scene::FaceId;
 use crate::scene::camera::View;
 use glam::Vec2;
 
-/// Finds what the camera sees: the union over the jitters of the written image, pixels averaged.
+/// Finds what the camera sees: the union over the jitters of the written image, pixels averaged; and which face each pixel's centre
+/// sees.
 ///
 /// # Errors
 /// The device is lost or memory runs out.
-pub fn visible_faces(renderer: &mut Renderer, view: &View, aa: u32) -> Result<Vec<(FaceId, u32)>> {
+pub fn visible_faces(renderer: &mut Renderer, view: &View, aa: u32) -> Result<(Vec<(FaceId, u32)>, FaceImage)> {
     let offsets = film::jitter(aa);
     let mut all: Vec<(FaceId, u32)> = Vec::new();
     for &offset in offsets.iter().rev() {
@@ -32,5 +34,5 @@ pub fn visible_faces(renderer: &mut Renderer, view: &View, aa: u32) -> Result<Ve
     }
     let redraws = if aa > 1 { aa + 1 } else { 1 };
     merged.iter_mut().for_each(|(_, pixels)| *pixels = pixels.div_ceil(redraws));
-    Ok(merged)
+    Ok((merged, FaceImage { view: *view, faces: renderer.face_ids().into() }))
 }

@@ -53,7 +53,7 @@ pub struct DeviceReport {
     pub max_allocation_mib: u64,
     /// Largest width and height of a picture, pixels.
     pub max_image_side: u32,
-    /// Whether occlusion queries count exactly; without, pixels are counted by histogram only.
+    /// Whether occlusion queries count exactly; without, only the engine counts pixels.
     pub precise_queries: bool,
     /// What only some options need, where the device has it.
     pub optional: Optional,
@@ -61,6 +61,14 @@ pub struct DeviceReport {
     pub missing: Vec<String>,
     /// Formats it would use.
     pub formats: Formats,
+}
+
+impl DeviceReport {
+    /// Whether it is a software rasteriser, which takes its time from the program's own threads.
+    #[must_use]
+    pub fn is_cpu(&self) -> bool {
+        self.kind == "cpu"
+    }
 }
 
 /// What only some options need, by the names that Vulkan gives it.

@@ -50,7 +50,7 @@ fn render_needs_a_scene_and_an_output_only() {
     assert_eq!(args.scene.size, ImageSize { width: 1024, height: 768 });
     assert_eq!(args.output.paths, [PathBuf::from("a.exr")]);
     assert_eq!((args.output.exposure, args.output.tone_mapping), (None, None), "the scene's");
-    assert_eq!((args.update, args.output.aa, args.refresh), (UpdateMode::Id, 1, Duration::from_millis(40)));
+    assert_eq!((args.update, args.output.aa, args.refresh), (UpdateMode::Id, 1, None));
     assert_eq!((args.engine.threads, args.engine.seed, args.engine.deterministic), (None, 0, false));
     assert!(args.budget.time.is_none() && args.budget.frames.is_none() && args.log.is_none());
     assert!(refused("render -o a.exr").contains("SCENE"));
@@ -99,7 +99,7 @@ fn every_option_of_render_reaches_its_field() {
     assert_eq!(args.update, UpdateMode::Id);
     assert_eq!((args.log, args.reference), (Some("f.csv".into()), Some("r.exr".into())));
     assert_eq!((args.output.exposure, args.output.tone_mapping), (Some(-1.5), Some(ToneMapping::PbrNeutral)));
-    assert_eq!((args.output.aa, args.refresh), (16, Duration::from_millis(20)));
+    assert_eq!((args.output.aa, args.refresh), (16, Some(Duration::from_millis(20))));
     assert!(args.verbosity.verbose && !args.verbosity.quiet);
     assert_eq!(args.budget.time, Some(Duration::from_millis(2500)));
     assert_eq!((args.budget.frames, args.budget.rays, args.budget.error), (Some(3), Some(4), Some(0.05)));

@@ -18,7 +18,7 @@ fn lit(scene: Scene, ids: &[TriangleId], (threads, rays): (usize, u64)) -> (Engi
     let mut engine = engine_with(scene, threads, options);
     let faces = ids.iter().map(|&t| (FaceId::new(t, false), 4)).collect();
     let mut mirror = Mirror::default();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::splat(0.1), view: None, faces }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::splat(0.1), image: None, faces }));
     while mirror.last.stats.rays < rays {
         mirror.apply(engine.step(Budget::Rays(10_000)));
         engine.counted(&drawn(&mirror));

@@ -9,13 +9,13 @@ use penombre::light::context::SceneContext;
 use penombre::light::lights::Lights;
 use penombre::math::luminance;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
-use penombre::refine::engine::{Budget, Counted, Visible};
+use penombre::refine::engine::{Budget, Visible};
 use penombre::refine::options::Options;
-use penombre::refine::update::{DrawnId, DrawnPixels, DrawnTriangle, Slot};
+use penombre::refine::pixel_lists::FaceImage;
+use penombre::refine::update::{DrawnId, DrawnTriangle, Slot};
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::LightKind;
 use penombre::scene::{FaceId, Scene, TriangleId};
-use std::collections::HashMap;
 
 const SIZE: ImageSize = ImageSize { width: 64, height: 64 };
 const GREY: f32 = 0.5;
@@ -47,14 +47,14 @@ fn scene() -> (Scene, Vec<TriangleId>) {
 struct Pixel {
     index: usize,
     at: Vec3,
-    ray: Vec3,
+    face: FaceId,
 }
 
 fn pixels_of_the_floor(scene: &Scene, bvh: &Bvh, view: &View, faces: &[FaceId]) -> Vec<Pixel> {
     let seen = |index: usize| {
         let ray = view.direction(SIZE.centre_of(index));
         let hit = bvh.closest(scene, &Ray { origin: view.eye, direction: ray, t_max: f32::INFINITY })?;
-        faces.contains(&hit.face()).then_some(Pixel { index, at: view.eye + ray * hit.t, ray })
+        faces.contains(&hit.face()).then_some(Pixel { index, at: view.eye + ray * hit.t, face: hit.face() })
     };
     (0..SIZE.pixels()).filter_map(seen).collect()
 }
@@ -70,15 +70,11 @@ fn holder(mirror: &Mirror, x: Vec3) -> (DrawnId, DrawnTriangle) {
     found.map(|(id, drawn, _)| (id, drawn)).expect("the floor has no gap")
 }
 
-fn count(mirror: &Mirror, pixels: &[Pixel]) -> Counted {
-    let mut counted: HashMap<DrawnId, DrawnPixels> = HashMap::new();
-    for pixel in pixels {
-        let (drawn, _) = holder(mirror, pixel.at);
-        counted.entry(drawn).or_insert(DrawnPixels { drawn, pixels: 0, ray: Some(pixel.ray) }).pixels += 1;
-    }
-    let mut pixels: Vec<DrawnPixels> = counted.into_values().collect();
-    pixels.sort_by_key(|p| p.drawn);
-    Counted { pixels: Some(pixels), complete: true, ..drawn(mirror) }
+/// Which face of the floor each pixel sees.
+fn image(pixels: &[Pixel], view: &View) -> FaceImage {
+    let mut faces = vec![0; SIZE.pixels()];
+    pixels.iter().for_each(|pixel| faces[pixel.index] = pixel.face.0 + 1);
+    FaceImage { view: *view, faces: faces.into() }
 }
 
 /// What the pixels show by the path tracer, those lights on whose factor is 1.
@@ -118,17 +114,17 @@ fn what_lies_on_the_floor_does_not_light_the_pixels_beside_it() {
     let camera = Camera { position, look_at, up: Vec3::Z, vertical_fov: 50.0 };
     let (view, bvh) = (scene.view(&camera, SIZE), Bvh::build(&scene));
     let pixels = pixels_of_the_floor(&scene, &bvh, &view, &faces);
-    let options = Options { min_pixels: 3.0, shadow_size: 0.2, counted: true, ..bounces(5) };
+    let options = Options { min_pixels: 3.0, shadow_size: 0.2, listed: true, ..bounces(5) };
     let mut engine = engine_with(scene.clone(), 2, options);
     let mut mirror = Mirror::default();
     let visible = faces.iter().map(|&f| (f, 1500)).collect();
-    let mut visible = Visible { generation: 1, eye: view.eye, view: Some(view), faces: visible };
+    let mut visible = Visible { generation: 1, eye: view.eye, image: Some(image(&pixels, &view)), faces: visible };
     for factors in [[Vec3::ONE, Vec3::ONE], [Vec3::ZERO, Vec3::ONE]] {
         mirror.apply(engine.relight(&factors, &visible));
         visible.generation += 1;
         let rays = mirror.last.stats.rays + 600_000;
         while mirror.last.stats.rays < rays {
-            engine.counted(&count(&mirror, &pixels));
+            engine.counted(&drawn(&mirror));
             mirror.apply(engine.step(Budget::Rays(10_000)));
         }
         engine.cache().validate();

@@ -234,7 +234,7 @@ fn specular_of_a_point_light_is_exact_and_follows_the_eye() {
     let rays = mirror.last.stats.rays;
     for (generation, eye) in [(2, Vec3::new(-1.0, 1.0, 0.3)), (3, Vec3::new(-0.5, 2.0, -0.7))] {
         let faces = ids.iter().map(|&t| (FaceId::new(t, false), 5)).collect();
-        mirror.apply(engine.set_visible(&Visible { generation, eye, view: None, faces }));
+        mirror.apply(engine.set_visible(&Visible { generation, eye, image: None, faces }));
         for slot in ids.iter().flat_map(|&t| mirror.face(FaceId::new(t, false))) {
             let to_light = position - slot.position;
             let (d2, l) = (to_light.length_squared(), to_light.normalize());

@@ -60,7 +60,7 @@ fn first_picture(lamps: Lamps) -> First {
     let visible = faces.iter().map(|&face| (face, 1)).collect();
     let mut mirror = Mirror::default();
     let eye = Vec3::new(0.0, 1.0, 0.0);
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, view: None, faces: visible }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, image: None, faces: visible }));
     while !mirror.last.stats.complete {
         mirror.apply(engine.step(Budget::Rays(1)));
     }

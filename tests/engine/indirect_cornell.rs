@@ -12,6 +12,7 @@ use penombre::math::luminance;
 use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
+use penombre::refine::pixel_lists::FaceImage;
 use penombre::scene::camera::{ImageSize, View};
 use penombre::scene::{FaceId, Scene, TriangleId, load};
 use std::collections::HashMap;
@@ -46,11 +47,17 @@ impl Picture {
                 *pixels.entry(hit.face()).or_default() += 1;
             }
         }
+        let seen = |pixel: usize| {
+            let direction = view.direction(view.size.centre_of(pixel));
+            let hit = bvh.closest(scene, &Ray { origin: view.eye, direction, t_max: f32::INFINITY });
+            hit.map_or(0, |hit| hit.face().0 + 1)
+        };
+        let image = Some(FaceImage { view, faces: (0..view.size.pixels()).map(seen).collect() });
         let mut faces: Vec<(FaceId, u32)> = pixels.into_iter().collect();
         faces.sort();
         let mut engine = engine_with(scene.clone(), 2, Options { min_pixels: 3.0, ..options });
         let mut mirror = Mirror::default();
-        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, view: Some(view), faces }));
+        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, image, faces }));
         while !mirror.last.stats.converged && mirror.last.stats.rays < rays {
             mirror.apply(engine.step(Budget::Rays(20_000)));
             engine.counted(&drawn(&mirror));

@@ -70,7 +70,7 @@ fn errors(rays: &[u64]) -> Vec<f64> {
     let mut engine = engine_with(scene, 2, options);
     let faces = front(&floor).iter().map(|&f| (f, 100_000)).collect();
     let mut mirror = Mirror::default();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, view: None, faces }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, image: None, faces }));
     let after = |rays: &u64| {
         while !mirror.last.stats.converged && mirror.last.stats.rays < *rays {
             mirror.apply(engine.step(Budget::Rays(5_000)));

@@ -7,13 +7,12 @@ use penombre::cache::drawn_mesh::DrawnTriangle;
 use penombre::cache::ids::DrawnId;
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
-use penombre::refine::engine::{Budget, Counted, Engine, Visible};
+use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
-use penombre::refine::update::DrawnPixels;
+use penombre::refine::pixel_lists::FaceImage;
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::{FaceId, Scene, TriangleId};
-use std::collections::HashMap;
 use std::f32::consts::PI;
 
 const LIGHT: Vec3 = Vec3::new(0.3, 1.5, -0.2);
@@ -67,23 +66,20 @@ fn holder(mirror: &Mirror, faces: &[FaceId], x: Vec3) -> Option<(DrawnId, DrawnT
     })
 }
 
-/// What the GPU would count.
-fn count(mirror: &Mirror, faces: &[FaceId], view: &View) -> Counted {
-    let mut counted: HashMap<DrawnId, DrawnPixels> = HashMap::new();
-    for (pixel, x) in points(view).into_iter().enumerate() {
-        if let Some((drawn, ..)) = holder(mirror, faces, x) {
-            let ray = Some(view.direction(SIZE.centre_of(pixel)));
-            counted.entry(drawn).or_insert(DrawnPixels { drawn, pixels: 0, ray }).pixels += 1;
-        }
-    }
-    let mut pixels: Vec<DrawnPixels> = counted.into_values().collect();
-    pixels.sort_by_key(|p| p.drawn);
-    Counted { pixels: Some(pixels), complete: true, ..drawn(mirror) }
+/// Which face of the floor each pixel sees, were there nothing before it.
+fn image(scene: &Scene, faces: &[FaceId], view: &View) -> FaceImage {
+    let holds = |face: &FaceId, x: Vec3| {
+        let [a, b, c] = scene.corners(face.triangle());
+        let area = |p: Vec3, q: Vec3| (q - p).cross(x - p).y;
+        [area(a, b), area(b, c), area(c, a)].into_iter().all(|area| area >= 0.0)
+    };
+    let id = |x: Vec3| faces.iter().find(|face| holds(face, x)).map_or(0, |face| face.0 + 1);
+    FaceImage { view: *view, faces: points(view).into_iter().map(id).collect() }
 }
 
-/// Solves a view to the end, counting pixels after each update.
-fn solve(engine: &mut Engine, mirror: &mut Mirror, faces: &[FaceId], (view, generation): (&View, u32)) {
-    solve_known(engine, mirror, faces, (view, generation), true);
+/// Solves a view to the end.
+fn solve(engine: &mut Engine, mirror: &mut Mirror, faces: &[FaceId], (image, generation): (&FaceImage, u32)) {
+    solve_known(engine, mirror, faces, (image, generation), true);
 }
 
 /// The same, where the engine knows the image or does not.
@@ -91,14 +87,15 @@ fn solve_known(
     engine: &mut Engine,
     mirror: &mut Mirror,
     faces: &[FaceId],
-    (view, generation): (&View, u32),
+    (image, generation): (&FaceImage, u32),
     image_is_known: bool,
 ) {
     let visible = faces.iter().map(|&f| (f, 1500)).collect();
-    let image = image_is_known.then_some(*view);
-    mirror.apply(engine.set_visible(&Visible { generation, eye: view.eye, view: image, faces: visible }));
+    let eye = image.view.eye;
+    let image = image_is_known.then(|| image.clone());
+    mirror.apply(engine.set_visible(&Visible { generation, eye, image, faces: visible }));
     for _ in 0..400 {
-        engine.counted(&count(mirror, faces, view));
+        engine.counted(&drawn(mirror));
         mirror.apply(engine.step(Budget::Rays(100)));
         if mirror.last.stats.converged {
             return;
@@ -132,7 +129,7 @@ fn exact_light(scene: &Scene, bvh: &Bvh, light: &Light, x: Vec3) -> f32 {
 }
 
 fn counting(seed: u64) -> Options {
-    Options { min_pixels: 3.0, shadow_size: 0.2, counted: true, ..options(seed) }
+    Options { min_pixels: 3.0, shadow_size: 0.2, listed: true, ..options(seed) }
 }
 
 #[test]
@@ -144,14 +141,14 @@ fn shadow_edges_are_right_to_the_pixel() {
     // The second camera finds what the first has sampled in other places; the third is the first again.
     for (shift, generation) in [(0.0, 1), (0.013, 2), (0.0, 3)] {
         let view = view(&scene, shift);
-        solve(&mut engine, &mut mirror, &faces, (&view, generation));
+        solve(&mut engine, &mut mirror, &faces, (&image(&scene, &faces, &view), generation));
         let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
         println!("{:.2} % of the pixels wrong, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
         assert!(wrong <= 0.001, "{wrong}");
         engine.cache().validate();
     }
     // Without its pixels known, the edge is left to interpolation.
-    let mut engine = engine_with(scene.clone(), 1, Options { counted: false, ..counting(1) });
+    let mut engine = engine_with(scene.clone(), 1, Options { listed: false, ..counting(1) });
     let mirror = by_hand::solve_pixels(&mut engine, &faces, 1500, view(&scene, 0.0).eye);
     let wrong = wrong_pixels(&mirror, &scene, &faces, &view(&scene, 0.0));
     println!("{:.2} % wrong without, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
@@ -174,9 +171,14 @@ fn faces_of_a_pixel_are_sampled_where_the_shadow_crosses_them() {
         let mut engine = engine_with(scene.clone(), 1, counting(1));
         let mut mirror = Mirror::default();
         let visible = faces.iter().map(|&f| (f, 1)).collect();
-        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: view.eye, view: Some(view), faces: visible }));
+        mirror.apply(engine.set_visible(&Visible {
+            generation: 1,
+            eye: view.eye,
+            image: Some(image(&scene, &faces, &view)),
+            faces: visible,
+        }));
         while mirror.last.stats.rays < rays {
-            engine.counted(&count(&mirror, &faces, &view));
+            engine.counted(&drawn(&mirror));
             mirror.apply(engine.step(Budget::Rays(100)));
         }
         let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
@@ -208,7 +210,7 @@ fn each_pixel_is_asked_for_shadows_of_its_size() {
     let [asked, unasked] = [true, false].map(|image_is_known| {
         let mut engine = engine_with(scene.clone(), 1, counting(1));
         let mut mirror = Mirror::default();
-        solve_known(&mut engine, &mut mirror, &faces, (&view, 1), image_is_known);
+        solve_known(&mut engine, &mut mirror, &faces, (&image(&scene, &faces, &view), 1), image_is_known);
         let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
         println!("{:.2} % of the pixels wrong, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
         wrong
@@ -237,7 +239,7 @@ fn what_all_corners_agree_on_is_checked() {
             let options = Options { shadow_size: 10.0, ..counting(1) };
             let mut engine = engine_with(scene.clone(), 1, options);
             let mut mirror = Mirror::default();
-            solve_known(&mut engine, &mut mirror, &faces, (&view, 1), image_is_known);
+            solve_known(&mut engine, &mut mirror, &faces, (&image(&scene, &faces, &view), 1), image_is_known);
             wrong_pixels(&mirror, &scene, &faces, &view)
         });
         println!("{:.2} % of the pixels wrong, {:.2} % without the image", wrong[0] * 100.0, wrong[1] * 100.0);
@@ -253,7 +255,7 @@ fn shadows_amid_other_light_are_found_too() {
     let view = view(&scene, 0.0);
     let mut engine = engine_with(scene.clone(), 1, counting(1));
     let mut mirror = Mirror::default();
-    solve(&mut engine, &mut mirror, &faces, (&view, 1));
+    solve(&mut engine, &mut mirror, &faces, (&image(&scene, &faces, &view), 1));
     let wrong = wrong_pixels(&mirror, &scene, &faces, &view);
     println!("{:.2} % of the pixels wrong, {} vertices", wrong * 100.0, mirror.last.stats.vertices);
     // 0.22 %; 0.39 % where only what leaves less than half the light is a shadow's edge, 0.57 % where leaves are not asked again
@@ -268,7 +270,7 @@ fn threads_change_nothing() {
         let faces: Vec<FaceId> = floor.iter().map(|&t| FaceId::new(t, false)).collect();
         let mut engine = engine_with(scene.clone(), threads, counting(3));
         let mut mirror = Mirror::default();
-        solve(&mut engine, &mut mirror, &faces, (&view(&scene, 0.0), 1));
+        solve(&mut engine, &mut mirror, &faces, (&image(&scene, &faces, &view(&scene, 0.0)), 1));
         mirror.mesh.slots().collect::<Vec<_>>()
     });
     assert_eq!(one, two);

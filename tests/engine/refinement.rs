@@ -183,7 +183,7 @@ fn penumbra_error(priority: Priority, vertices: u64, batch: u64) -> (f64, u64) {
     let mut engine = engine_with(scene, 2, Options { priority, tolerance: 2e-3, ..refine(1) });
     let mut mirror = Mirror::default();
     let faces = front(&ids).iter().map(|&f| (f, 30_000)).collect();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, view: None, faces }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, image: None, faces }));
     while !mirror.last.stats.converged && mirror.last.stats.vertices < vertices {
         mirror.apply(engine.step(Budget::Rays(batch)));
         engine.counted(&drawn(&mirror));
@@ -237,11 +237,11 @@ fn a_view_that_returns_costs_no_ray() {
     let mut engine = engine_with(scene.clone(), 1, coarse(2));
     let first = solve_pixels(&mut engine, &front(&ids), 8_000, Vec3::Y);
     let rays = first.last.stats.rays;
-    let away = Visible { generation: 2, eye: Vec3::X, view: None, faces: vec![(FaceId::new(ids[0], true), 100)] };
+    let away = Visible { generation: 2, eye: Vec3::X, image: None, faces: vec![(FaceId::new(ids[0], true), 100)] };
     let mut mirror = Mirror::default();
     mirror.apply(engine.set_visible(&away));
     let back =
-        Visible { generation: 3, eye: Vec3::Y, view: None, faces: front(&ids).iter().map(|&f| (f, 8_000)).collect() };
+        Visible { generation: 3, eye: Vec3::Y, image: None, faces: front(&ids).iter().map(|&f| (f, 8_000)).collect() };
     let mut mirror = Mirror::default();
     mirror.apply(engine.set_visible(&back));
     assert_eq!(mirror.last.stats.rays, rays);
@@ -303,7 +303,7 @@ fn small_batches_end_on_the_same_rung() {
         let mut engine = engine_with(scene, 1, options);
         let mut mirror = Mirror::default();
         let faces = front(&ids).iter().map(|&f| (f, 30_000)).collect();
-        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, view: None, faces }));
+        mirror.apply(engine.set_visible(&Visible { generation: 1, eye: Vec3::Y, image: None, faces }));
         while !mirror.last.stats.converged {
             mirror.apply(engine.step(Budget::Rays(rays)));
             engine.counted(&drawn(&mirror));
@@ -363,9 +363,12 @@ fn a_waiting_engine_can_be_dropped() {
     let ids = floor(&mut scene);
     lamp_and_blocker(&mut scene);
     let options = Options { min_pixels: 0.0, tolerance: 1e-6, ..refine(0) };
-    let thread = EngineThread::spawn(Pace::Free, move || engine_with(scene, 1, options)).expect("thread");
+    let thread = EngineThread::spawn(Pace::Free(std::time::Duration::from_millis(4)), false, move || {
+        engine_with(scene, 1, options)
+    })
+    .expect("thread");
     let faces = front(&ids).iter().map(|&f| (f, 1_000_000)).collect();
-    thread.set_visible(Visible { generation: 1, eye: Vec3::Y, view: None, faces });
+    thread.set_visible(Visible { generation: 1, eye: Vec3::Y, image: None, faces });
     std::thread::sleep(std::time::Duration::from_millis(600));
     let waiting = thread.drain().expect("alive").len();
     assert!((2..=65).contains(&waiting), "{waiting} updates waited");

@@ -44,7 +44,7 @@ fn in_order([lamp, point]: [Vec3; 2]) -> Vec<Vec3> {
 }
 
 fn view(generation: u32, ids: &[TriangleId]) -> Visible {
-    Visible { generation, eye: EYE, view: None, faces: ids.iter().map(|&t| (FaceId::new(t, false), 2000)).collect() }
+    Visible { generation, eye: EYE, image: None, faces: ids.iter().map(|&t| (FaceId::new(t, false), 2000)).collect() }
 }
 
 /// Steps until nothing is left or so many rays are traced.

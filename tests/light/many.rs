@@ -330,7 +330,7 @@ fn threads_do_not_change_groups() {
 fn relit(engine: &mut Engine, mirror: &mut Mirror, ids: &[TriangleId], factors: &[Vec3]) {
     let faces = front(ids).into_iter().map(|face| (face, 1000)).collect();
     let generation = mirror.last.generation + 1;
-    mirror.apply(engine.relight(factors, &Visible { generation, eye: EYE, view: None, faces }));
+    mirror.apply(engine.relight(factors, &Visible { generation, eye: EYE, image: None, faces }));
 }
 
 /// Members that change against each other: no ray is traced at once, what is shown is nearly what it was in quality, and it

@@ -4,17 +4,20 @@
 
 use crate::support::device::*;
 use glam::{Vec2, Vec3};
+use penombre::cache::ids::NodeId;
 use penombre::estimate::hemisphere::Method;
 use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer, UpdateMode};
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Pieces, Priority};
+use penombre::refine::pixel_lists::FaceImage;
 use penombre::refine::replay::HostMesh;
 use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::light::{Light, LightKind};
 use penombre::scene::{FaceId, Scene, TriangleId};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 const SIZE: ImageSize = ImageSize { width: 240, height: 180 };
@@ -74,7 +77,7 @@ impl Twins {
             max_light_groups: 128,
             priority: Priority::Error,
             min_pixels: 3.0,
-            counted: true,
+            listed: true,
             contrast: 0.02,
             shadow_size: 0.05,
             shadow_pixels: f32::INFINITY,
@@ -83,7 +86,7 @@ impl Twins {
             without: Pieces::default(),
         };
         let bvh = Arc::new(Bvh::build(scene));
-        let engine = Engine::new(Arc::new(scene.clone()), bvh, Workers::new(1).unwrap(), options);
+        let engine = Engine::new(Arc::new(scene.clone()), bvh, Workers::new(1, false).unwrap(), options);
         let renderer = || Renderer::new(Arc::clone(device), SIZE).unwrap();
         let mut twins = Self { patched: renderer(), full: renderer(), engine, mesh: HostMesh::default() };
         let mut visible = Vec::new();
@@ -93,7 +96,8 @@ impl Twins {
             renderer.set_view(&view, Vec2::ZERO);
             visible = renderer.visibility().unwrap();
         }
-        let update = twins.engine.set_visible(&Visible { generation: 1, eye, view: None, faces: visible });
+        let image = Some(FaceImage { view, faces: twins.patched.face_ids().into() });
+        let update = twins.engine.set_visible(&Visible { generation: 1, eye, image, faces: visible });
         twins.apply(&update);
         twins.patched.frame(&full_redraw()).unwrap();
         twins
@@ -112,9 +116,8 @@ impl Twins {
         while self.patched.has_pending() {
             self.patched.frame(&options).unwrap();
         }
-        let pixels = Some(self.patched.drawn_counts().unwrap().drawn_triangles);
         let sequence = self.patched.drawn_sequence();
-        self.engine.counted(&Counted { generation: 1, sequence, pixels, complete: true });
+        self.engine.counted(&Counted { generation: 1, sequence, pixels: Vec::new() });
     }
 
     fn differences(&mut self) -> Differences {
@@ -141,6 +144,18 @@ impl Twins {
             found.other += 1;
         }
     }
+}
+
+/// Pixels of leaves that the engine lists and the image of drawn triangles does not show, or the other way round, and all.
+fn miscounted(twins: &mut Twins) -> [u32; 2] {
+    let mut shown: HashMap<NodeId, u32> = HashMap::new();
+    for counted in twins.full.drawn_counts().unwrap().drawn_triangles {
+        *shown.entry(twins.engine.cache().drawn.triangles[counted.drawn].node).or_default() += counted.pixels;
+    }
+    let (cache, view) = (twins.engine.cache(), twins.engine.view());
+    let leaves = view.visible_leaves(cache).into_iter();
+    let pairs = leaves.map(|leaf| (view.leaves[leaf].pixels as u32, shown.get(&leaf).copied().unwrap_or(0)));
+    pairs.fold([0, 0], |[off, all], (listed, shown)| [off + listed.abs_diff(shown), all + listed])
 }
 
 fn patches(update_mode: UpdateMode) -> FrameOptions {
@@ -174,8 +189,12 @@ fn an_engines_patches_leave_nothing_stale() {
                 worst.other = worst.other.max(found.other);
                 worst.pixels = found.pixels;
             }
+            // Centres of pixels on edges: the rasteriser snaps vertices to its grid. Measured: 0.3 and 0.5 % of two views, 2.7 % of the
+            // frontal one, whose grid is that of the pixels.
+            let [off, all] = miscounted(&mut twins);
+            assert!(all as usize == worst.pixels && off <= all / 30, "{off} of {all} pixels in other leaves");
             println!(
-                "{update_mode:?}, view {number}: {count} patches, {} drawn_triangles, {worst:?}",
+                "{update_mode:?}, view {number}: {off} pixels in other leaves, {count} patches, {} drawn_triangles, {worst:?}",
                 twins.mesh.drawn().count()
             );
             assert!(count > 1000, "{count}");

@@ -112,7 +112,7 @@ pub fn options(seed: u64) -> Options {
         max_light_groups: MAX_LIGHT_GROUPS,
         priority: Priority::Error,
         min_pixels: f32::INFINITY,
-        counted: false,
+        listed: false,
         contrast: 0.02,
         shadow_size: 1.0,
         shadow_pixels: f32::INFINITY,
@@ -128,13 +128,13 @@ pub fn engine(scene: Scene, threads: usize, seed: u64) -> Engine {
 
 pub fn engine_with(scene: Scene, threads: usize, options: Options) -> Engine {
     let bvh = Arc::new(Bvh::build(&scene));
-    Engine::new(Arc::new(scene), bvh, Workers::new(threads).expect("threads"), options)
+    Engine::new(Arc::new(scene), bvh, Workers::new(threads, false).expect("threads"), options)
 }
 
-/// The GPU's word that it has drawn everything, without counts.
+/// The GPU's word that it has drawn everything.
 pub fn drawn(mirror: &Mirror) -> Counted {
     let Update { generation, sequence, .. } = mirror.last;
-    Counted { generation, sequence, pixels: None, complete: false }
+    Counted { generation, sequence, pixels: Vec::new() }
 }
 
 /// Lights the given faces to the end.
@@ -148,7 +148,7 @@ pub fn solve_pixels(engine: &mut Engine, faces: &[FaceId], pixels: u32, eye: Vec
     faces.sort();
     faces.dedup();
     let mut mirror = Mirror::default();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, view: None, faces }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, image: None, faces }));
     while !mirror.last.stats.converged {
         mirror.apply(engine.step(Budget::Rays(50_000)));
         engine.counted(&drawn(&mirror));
@@ -176,7 +176,7 @@ pub fn gather_light(engine: &mut Engine, faces: &[FaceId], eye: Vec3, rays: u64)
     let mut faces: Vec<(FaceId, u32)> = faces.iter().map(|&f| (f, 4_000)).collect();
     faces.sort();
     let mut mirror = Mirror::default();
-    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, view: None, faces }));
+    mirror.apply(engine.set_visible(&Visible { generation: 1, eye, image: None, faces }));
     while !mirror.last.stats.converged && mirror.last.stats.rays < rays {
         mirror.apply(engine.step(Budget::Rays(20_000)));
         engine.counted(&drawn(&mirror));

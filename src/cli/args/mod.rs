@@ -108,10 +108,10 @@ pub struct RenderArgs {
     /// How the pixels of triangles are counted, which steers refinement
     #[arg(long, value_name = "HOW", value_enum, default_value_t = PixelCounts::default(), help_heading = GPU)]
     pub pixel_counts: PixelCounts,
-    /// Milliseconds between two frames while the camera is still
-    #[arg(long, value_name = "MS", allow_negative_numbers = true, default_value = "40",
-        value_parser = values::milliseconds, help_heading = GPU)]
-    pub refresh: Duration,
+    /// Milliseconds between two frames while the camera is still [default: 40 on a graphics card; on a CPU, frames that take a
+    /// tenth of the time]
+    #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = values::milliseconds, help_heading = GPU)]
+    pub refresh: Option<Duration>,
     /// The Vulkan device.
     #[command(flatten)]
     pub device: DeviceArgs,
