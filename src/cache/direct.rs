@@ -81,13 +81,9 @@ pub struct Results {
 /// fewer cost less to trace than to come back for.
 const DEFERRED_ERROR: f32 = 0.05;
 const DEFERRED_LIGHTS: usize = 8;
-/// Points of an area light that tell full and no visibility, and those that tell how much in between: of a light that
-/// makes up most of what can arrive, and of any other, which adds no more noise then.
+/// Points of an area light that tell full and no visibility, and those that tell how much in between.
 const FIRST_POINTS: u32 = 4;
-const STRONG_POINTS: u32 = 64;
 const PENUMBRA_POINTS: u32 = 16;
-/// Share of what can arrive that makes a light strong: the square root of the ratio of points.
-const STRONG: f32 = 0.5;
 /// Points after which a penumbra is not sampled further.
 pub const MAX_POINTS: u32 = 1 << 16;
 
@@ -164,7 +160,6 @@ fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: 
         let strength = loaded * context.lights.group_factor(light as usize).max_element();
         open.push(Open { light, strength, odds: odds(cache, around, place, light) });
     }
-    let all: f32 = open.iter().map(|o| o.strength).sum();
     let mut expected: f32 = open.iter().map(|o| o.strength * o.odds).sum();
     let mut left: f32 = open.iter().map(Open::variance).sum();
     open.sort_unstable_by(|a, b| b.variance().total_cmp(&a.variance()).then(a.light.cmp(&b.light)));
@@ -179,7 +174,7 @@ fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: 
         }
         left -= at_stake;
         let first = if matches!(place, VertexKind::Pixel) { PENUMBRA_POINTS } else { FIRST_POINTS };
-        sample(context, cache, (id, light), [first, penumbra_points(strength, all)], out);
+        sample(context, cache, (id, light), [first, PENUMBRA_POINTS], out);
         let found = out.lights.last().map_or(odds, |result| result.visibility.fraction());
         expected += strength * (found - odds);
     }
@@ -235,25 +230,6 @@ fn strength(cache: &Cache, id: VertexId, light: LightGroup<'_>) -> f32 {
     let position = cache.vertices[id].position;
     let at_slot = |slot: SlotId| light.strength(position, cache.slots[slot].normal);
     cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
-}
-
-/// Whether a light makes up most of what can arrive at a vertex. Where there are many, few need to be looked at to
-/// see that it does not.
-fn is_strong(context: &SceneContext<'_>, cache: &Cache, (id, light): (VertexId, u32)) -> bool {
-    let own = strength(cache, id, context.lights.group(light as usize));
-    let mut all = 0.0;
-    for other in context.lights.groups() {
-        all += strength(cache, id, other);
-        if own <= STRONG * all {
-            return false;
-        }
-    }
-    true
-}
-
-/// Points of a light of some strength that tell how much of it a vertex in its penumbra sees.
-fn penumbra_points(strength: f32, all: f32) -> u32 {
-    if strength > STRONG * all { STRONG_POINTS } else { PENUMBRA_POINTS }
 }
 
 /// Points that are no fewer and give each member of a group as many turns; those that tell all, if there are such.
@@ -321,10 +297,9 @@ fn confirm(context: &SceneContext<'_>, cache: &Cache, (id, light): (VertexId, u3
     if emitter.is_delta() {
         return sample(context, cache, (id, light), [FIRST_POINTS, PENUMBRA_POINTS], out);
     }
-    let points = if is_strong(context, cache, (id, light)) { STRONG_POINTS } else { PENUMBRA_POINTS };
     let known = cache.layers[light as usize].visibility.get(id);
     let mut round = Tracing::new(context, cache, (id, light), known, out);
-    round.trace(in_turns(emitter, points), out);
+    round.trace(in_turns(emitter, PENUMBRA_POINTS), out);
     round.finish(out);
 }
 

@@ -11,8 +11,6 @@ use glam::Vec3;
 
 /// Rays of a vertex's first round.
 pub const FIRST_RAYS: u32 = 16;
-/// Rays of the first round of a vertex inside a leaf.
-const INNER_RAYS: u32 = 32;
 /// What the variance of a sample comes to if it is spread over its rays, against the square of the value, where
 /// nothing was sampled.
 const NOISE_OF_ONE_RAY: f32 = 1.0;
@@ -34,13 +32,9 @@ const UNSEEN: f32 = 0.02;
 const LARGE: f32 = 64.0;
 /// Least reflectance that light is measured by.
 const LEAST_REFLECTANCE: f32 = 0.05;
-/// Standard deviation of a vertex that was never sampled against the mean of the image.
-const UNSAMPLED: f32 = 0.5;
-/// The same where coarser vertices predict it: what they see may be darker than what is typical, but it may be wrong,
-/// too.
-const PREDICTED: f32 = 0.3;
-/// Share of a vertex's noise, as a variance, that the vertices which it predicts show, against its weight there.
-const NOISE_BELOW: f32 = 0.3;
+/// Standard deviation of a vertex that was never sampled against the mean of the image; at least that of one that
+/// coarser vertices predict: what they see may be darker than what is typical, but it may be wrong, too.
+const UNSAMPLED: f32 = 0.3;
 /// How many times its expected noise a squared surplus must exceed for it to be believed: two standard deviations.
 const SIGNIFICANCE: f32 = 2.6;
 /// Least relative standard deviation of a sample: that the first few agree does not say that all would.
@@ -228,7 +222,7 @@ impl ErrorModel<'_> {
             // That does not become less likely with the rays until there is proof.
             variance = (UNSAMPLED * self.mean).powi(2) / FIRST_RAYS as f32;
         }
-        let importance = view.importance + NOISE_BELOW * view.importance_below + self.hanging_importance(id);
+        let importance = view.importance + view.importance_below + self.hanging_importance(id);
         importance * variance * 0.5 / (rays as f32 * RAYS_A_SAMPLE)
     }
 
@@ -275,7 +269,7 @@ impl ErrorModel<'_> {
             // Where all that is seen is dark so far there is nothing to compare with, and all the more to find.
             return if self.mean > 0.0 { (UNSAMPLED * self.mean).powi(2) } else { 1.0 };
         };
-        let doubt = doubt.max((PREDICTED * self.mean).powi(2));
+        let doubt = doubt.max((UNSAMPLED * self.mean).powi(2));
         // A sample of its own brings noise of its own: about as much a ray as those that predict it have.
         let parents = self.cache.parents_of(id).filter(|(parent, _)| self.cache.indirect.is_sampled(*parent));
         let a_ray = parents.map(|(parent, _)| light(parent).variance * self.rays_at(parent) as f32);
@@ -288,7 +282,7 @@ impl ErrorModel<'_> {
     #[must_use]
     pub fn first_rays_at(&self, id: VertexId) -> u32 {
         if self.cache.pixel_slot(id).is_some() {
-            return INNER_RAYS;
+            return FIRST_RAYS;
         }
         let rays = self.cache.parents_of(id).map(|(parent, _)| self.rays_at(parent)).filter(|&rays| rays > 0);
         (rays.min().unwrap_or(FIRST_RAYS) / 2).clamp(FIRST_RAYS, MOST_FIRST_RAYS)
