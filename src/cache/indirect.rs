@@ -10,12 +10,14 @@ use crate::estimate::light_vector::LightVector;
 use crate::light::lighting::Lighting;
 use crate::math::luminance;
 use glam::Vec3;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::BTreeMap;
 use std::f32::consts::PI;
 
 /// S of slots for one eye.
 pub type SpecularTable = Table<SlotId, Specular>;
+
+/// Evaluates slots, each by itself, in their order; on several threads if there are many.
+pub type Evaluate<'a> = &'a dyn Fn(&[SlotId], &(dyn Fn(SlotId) -> SlotLight + Sync)) -> Vec<SlotLight>;
 
 /// Standard error of a guess from before the lights changed, against the value.
 const STALE_ERROR: f32 = 0.25;
@@ -29,14 +31,20 @@ impl Cache {
     }
 
     /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was
-    /// written, in ascending order.
-    pub fn refresh_indirect(&mut self, slots: &[SlotId], eye: Vec3, specular: &mut SpecularTable) -> Vec<SlotId> {
+    /// written.
+    pub fn refresh_indirect(
+        &mut self,
+        slots: &[SlotId],
+        eye: Vec3,
+        specular: &mut SpecularTable,
+        evaluate: Evaluate<'_>,
+    ) -> Vec<SlotId> {
         let mut due = slots.to_vec();
         if self.indirect.filter {
             let base = slots.iter().filter(|s| self.slots[**s].is_base() && self.indirect.is_sampled(**s));
             due.extend(base.flat_map(|&s| self.neighbours(s)));
         }
-        self.refresh(&due, (eye, specular), false)
+        self.refresh(&due, (eye, specular), evaluate, false)
     }
 
     /// Predictions of base slots that wait to be brought up to date.
@@ -46,47 +54,60 @@ impl Cache {
     }
 
     /// Brings the predictions of base slots up to date, and all that depends on them; returns the slots written.
-    pub fn refresh_predictions(&mut self, eye: Vec3, specular: &mut SpecularTable) -> Vec<SlotId> {
+    pub fn refresh_predictions(
+        &mut self,
+        eye: Vec3,
+        specular: &mut SpecularTable,
+        evaluate: Evaluate<'_>,
+    ) -> Vec<SlotId> {
         let waiting = std::mem::take(&mut self.indirect.waiting);
         waiting.iter().for_each(|slot| self.slots[*slot].waits = false);
-        self.refresh(&waiting, (eye, specular), true)
+        self.refresh(&waiting, (eye, specular), evaluate, true)
     }
 
-    /// Evaluates slots and those that they predict, each after those that predict it; predictions of base slots are
-    /// only noted unless they are wanted, too.
+    /// Evaluates slots and those that they predict, rank by rank, so that each comes after those that predict it;
+    /// predictions of base slots are only noted unless they are wanted, too.
     fn refresh(
         &mut self,
         slots: &[SlotId],
         (position, specular): (Vec3, &mut SpecularTable),
+        evaluate: Evaluate<'_>,
         predictions: bool,
     ) -> Vec<SlotId> {
-        let order = |cache: &Self, slot: SlotId| Reverse((cache.slots[slot].rank, slot));
-        let mut due: BinaryHeap<_> = slots.iter().map(|&slot| order(self, slot)).collect();
+        let mut due: BTreeMap<u8, Vec<SlotId>> = BTreeMap::new();
+        slots.iter().for_each(|&slot| due.entry(self.slots[slot].rank).or_default().push(slot));
         let mut written = Vec::with_capacity(slots.len());
-        while let Some(Reverse((_, slot))) = due.pop() {
-            if written.last() == Some(&slot) {
-                continue;
+        while let Some((_, mut wave)) = due.pop_first() {
+            wave.sort_unstable();
+            wave.dedup();
+            let (cache, eye) = (&*self, Eye { position, specular });
+            let lights = evaluate(&wave, &|slot| cache.indirect_light(slot, eye));
+            for (&slot, light) in wave.iter().zip(lights) {
+                self.slots[slot].indirect = light.kept();
+                specular[slot].indirect = light.specular;
             }
-            written.push(slot);
-            let light = self.indirect_light(slot, Eye { position, specular });
-            self.slots[slot].indirect = light.kept();
-            specular[slot].indirect = light.specular;
-            let mut link = self.first_between(slot);
-            while let Some((next, following)) = link {
-                link = following.and_then(|link| self.linked_between(link));
-                if self.indirect.is_sampled(next) {
-                    continue;
-                }
-                if self.slots[next].is_base() && !predictions {
-                    if !std::mem::replace(&mut self.slots[next].waits, true) {
-                        self.indirect.waiting.push(next);
-                    }
-                } else {
-                    due.push(order(self, next));
-                }
+            for &slot in &wave {
+                self.pass_on(slot, predictions, &mut due);
             }
+            written.append(&mut wave);
         }
         written
+    }
+
+    /// Lists the slots that one predicts: as due, or as waiting.
+    fn pass_on(&mut self, slot: SlotId, predictions: bool, due: &mut BTreeMap<u8, Vec<SlotId>>) {
+        let mut link = self.first_between(slot);
+        while let Some((next, following)) = link {
+            link = following.and_then(|link| self.linked_between(link));
+            if self.indirect.is_sampled(next) {
+                continue;
+            }
+            if predictions || !self.slots[next].is_base() {
+                due.entry(self.slots[next].rank).or_default().push(next);
+            } else if !std::mem::replace(&mut self.slots[next].waits, true) {
+                self.indirect.waiting.push(next);
+            }
+        }
     }
 
     /// Indirect light of a slot: what it has gathered, what those around it predict, or both by what they are worth.
@@ -138,6 +159,10 @@ mod tests {
     use super::super::testing::{Rooted, known, square};
     use super::*;
 
+    fn one_by_one(slots: &[SlotId], light: &(dyn Fn(SlotId) -> SlotLight + Sync)) -> Vec<SlotLight> {
+        slots.iter().map(|&slot| light(slot)).collect()
+    }
+
     /// A square split once: the middle of the first triangle's diagonal, and the ends of it, which show 1 and 3.
     fn split() -> (Rooted, SlotId, [SlotId; 2]) {
         let mut square = square();
@@ -187,7 +212,7 @@ mod tests {
         square.gather(near, &[4.0; 32]);
         square.gather(far, &[2.0; 32]);
         let mut specular = SpecularTable::default();
-        let written = square.cache.refresh_indirect(&[near, far], Vec3::Y, &mut specular);
+        let written = square.cache.refresh_indirect(&[near, far], Vec3::Y, &mut specular, &one_by_one);
         let shown = |slot: SlotId| square.cache.slots[slot].indirect.diffuse.x;
         assert!((shown(middle) - 3.0).abs() < 1e-5, "{}", shown(middle));
         let quarter = finer.into_iter().find(|&slot| {
@@ -206,7 +231,8 @@ mod tests {
         ends.into_iter().for_each(|end| square.gather(end, &[1.0, 3.0].repeat(64)));
         let mut show = |rays: usize| {
             square.gather(middle, &[0.0, 5.0].repeat(rays / 2));
-            square.cache.refresh_indirect(&[ends[0], ends[1], middle], Vec3::Y, &mut SpecularTable::default());
+            let (slots, mut specular) = ([ends[0], ends[1], middle], SpecularTable::default());
+            square.cache.refresh_indirect(&slots, Vec3::Y, &mut specular, &one_by_one);
             square.cache.slots[middle].indirect.diffuse.x
         };
         let (few, many) = (show(16), show(16_384));

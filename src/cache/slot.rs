@@ -30,7 +30,7 @@ pub struct SlotRecord {
     /// The slots that it lies between, if any.
     pub between: Option<Between>,
     /// Its place in the order in which slots are predicted: the spacing's number for base vertices, see
-    /// [`super::coarse_levels`], and [`INSIDE`] for all others.
+    /// [`super::coarse_levels`]; for all others, from [`INSIDE`] on, one more than the highest of those it lies between.
     pub rank: u8,
     /// Whether its prediction waits to be brought up to date.
     pub(super) waits: bool,
@@ -39,10 +39,10 @@ pub struct SlotRecord {
     pub(super) next_between: SmallVec<[Option<u32>; 3]>,
 }
 
-/// Rank of slots inside the faces: predicted after all base vertices, in the order in which they were made.
-pub const INSIDE: u8 = u8::MAX;
+/// Lowest rank of slots inside the faces: predicted after all base vertices.
+pub const INSIDE: u8 = 8;
 /// Rank of base vertices that are not in the order yet.
-const UNPLACED: u8 = u8::MAX - 1;
+const UNPLACED: u8 = INSIDE - 1;
 
 /// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, the corners of
 /// the leaf that it lies inside, or coarser base vertices around a base vertex.

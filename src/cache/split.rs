@@ -104,9 +104,10 @@ impl Cache {
             let previous = self.slots[*other].first_between.replace(slot.0 * 8 + place);
             self.slots[slot].next_between.push(previous);
         }
+        let highest = between.of.iter().map(|(other, _)| self.slots[*other].rank).max().unwrap_or(0);
         let record = &mut self.slots[slot];
         if !between.coarse {
-            record.rank = INSIDE;
+            record.rank = (highest + 1).max(INSIDE);
         }
         record.between = Some(between);
     }

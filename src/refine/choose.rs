@@ -9,11 +9,13 @@ use crate::cache::ids::{NodeId, VertexId};
 /// Base vertices a batch: enough to be worth handing out, few enough to keep the frame loop served.
 const FIRST_VISITS: usize = 512;
 /// Tasks a batch: few, so that each is chosen knowing what the ones before found.
-const TASKS: usize = 64;
+const TASKS: u64 = 64;
+/// Rays so far for each task of a batch, if that allows more: later ones change less of what the others go by.
+const RAYS_A_TASK: u64 = 2048;
 /// Rays of direct light a batch, about: a view that changes waits for no more, and no worker for another.
 const DIRECT_RAYS: f32 = 65536.0;
-/// Gather rays of a batch: the frame loop is served between batches.
-const GATHER_RAYS: u32 = 8192;
+/// Gather rays of a batch for each task that it may hold.
+const GATHER_RAYS_A_TASK: u64 = 128;
 /// A task whose key has fallen below this share of what it was queued with goes back into the queue.
 const STALE: f32 = 0.8;
 
@@ -24,7 +26,13 @@ impl Engine {
         if !work.first_visits.is_empty() {
             return work;
         }
-        while work.tasks() < TASKS && work.gather_rays < GATHER_RAYS && work.direct_rays < DIRECT_RAYS {
+        let most = (self.stats.rays / RAYS_A_TASK).max(TASKS);
+        let has_room = |work: &Work| {
+            (work.tasks() as u64) < most
+                && u64::from(work.gather_rays) < most * GATHER_RAYS_A_TASK
+                && work.direct_rays < DIRECT_RAYS
+        };
+        while has_room(&work) {
             if let Some(leaf) = self.next_check() {
                 work.checks.push(leaf);
                 continue;
@@ -55,7 +63,7 @@ impl Engine {
     }
 
     /// What a queued task is worth now; `None` if it is void.
-    fn current_key(&self, task: Task) -> Option<f32> {
+    pub(super) fn current_key(&self, task: Task) -> Option<f32> {
         let model = self.error_model();
         match task {
             Task::Split(id) => self.cache.topology.is_leaf(id).then(|| model.split_key(id)),

@@ -15,11 +15,10 @@ impl Engine {
         if self.view.listed || counted.pixels.is_empty() || counted.generation != self.view.generation {
             return;
         }
-        for leaf in self.recount(&counted.pixels) {
-            self.account(leaf);
-            if self.is_complete() {
-                self.enqueue_leaf(leaf);
-            }
+        let leaves = self.recount(&counted.pixels);
+        self.account(&leaves);
+        if self.is_complete() {
+            self.enqueue(&leaves);
         }
     }
 

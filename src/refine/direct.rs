@@ -201,7 +201,7 @@ impl Engine {
         }
         let is_fresh = |&&slot: &&SlotId| !self.cache.slots[slot].indirect.known;
         let fresh: Vec<SlotId> = slots.iter().filter(is_fresh).copied().collect();
-        self.cache.refresh_indirect(&fresh, self.view.eye, &mut self.view.specular);
+        self.refresh_unseen(&fresh);
         self.publisher.note_changed(slots);
     }
 

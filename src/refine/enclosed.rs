@@ -32,10 +32,8 @@ impl Engine {
                 let progress = &mut self.cache.vertices[vertex].progress;
                 (progress.covered, progress.enclosed) = (true, true);
                 self.refresh_indirect(&slots);
-                for node in nodes {
-                    self.account(node);
-                    self.enqueue_leaf(node);
-                }
+                self.account(&nodes);
+                self.enqueue(&nodes);
             }
         }
     }

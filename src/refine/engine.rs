@@ -156,6 +156,16 @@ impl Engine {
         self.publish()
     }
 
+    /// Brings up to date what waits to be shown: predictions. Returns what changed since the last update.
+    pub fn settle(&mut self) -> Update {
+        if self.is_complete() && self.options.indirect {
+            self.refresh_waiting_predictions();
+        }
+        let mut update = self.publish();
+        update.settled = true;
+        update
+    }
+
     /// Whether nothing is left to do for this view until more is heard of it: an empty queue says so on the last rung
     /// of the ladder of tolerances only.
     #[must_use]

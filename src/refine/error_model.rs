@@ -100,6 +100,17 @@ fn michelson(a: [f32; 2], b: [f32; 2]) -> f32 {
     if sum > 0.0 { (a[0] - b[0]).abs() / sum } else { 0.0 }
 }
 
+/// Keys of a leaf; 0 for what is not worth it or not allowed.
+#[derive(Clone, Copy, Debug)]
+pub struct LeafKeys {
+    /// Of splitting it.
+    pub split: f32,
+    /// Of sampling it where its one pixel sees it.
+    pub sample: f32,
+    /// Of checking its pixels, if it is trusted unchecked.
+    pub check: Option<f32>,
+}
+
 impl ErrorModel<'_> {
     /// Whether a piece of the engine is taken out.
     pub(super) const fn lacks(&self, piece: Piece) -> bool {
@@ -257,6 +268,13 @@ impl ErrorModel<'_> {
         let unseen = if is_known { 0.0 } else { self.reference_luminance(&light).powi(2) };
         let error = light.interpolation + light.noise;
         LeafError { pixels: self.view.leaves[id].pixels, light: light.mean, error, unseen }
+    }
+
+    /// The keys of everything that a visible leaf leaves to do.
+    #[must_use]
+    pub fn leaf_keys(&self, id: NodeId) -> LeafKeys {
+        let check = self.wants_check(id).then(|| self.check_key(id));
+        LeafKeys { split: self.split_key(id), sample: self.pixel_sample_key(id), check }
     }
 
     /// Key of splitting a leaf; 0 if it is not worth it or not allowed.

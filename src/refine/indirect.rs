@@ -7,6 +7,7 @@ use super::scheduler::Task;
 use super::work::{GatheredLight, Work};
 use crate::cache::gather::{self, GatherJob, Gathered};
 use crate::cache::ids::{NodeId, SlotId, VertexId};
+use crate::cache::slot::SlotLight;
 use crate::estimate::hemisphere::Method;
 
 /// Rays of a job: enough to be worth handing out, few enough to share a vertex's round among threads.
@@ -54,20 +55,25 @@ impl Engine {
         leaves.dedup();
         vertices.extend(self.corners_of_all(&leaves));
         self.find_enclosed(&vertices);
-        for leaf in leaves {
-            self.account_indirect(leaf);
-            self.enqueue_refinement(leaf);
-        }
+        self.account_indirect(&leaves);
+        self.enqueue_refinements(&leaves);
         vertices.sort_unstable();
         vertices.dedup();
-        vertices.into_iter().for_each(|vertex| self.enqueue_gather(vertex));
+        self.enqueue_gathers(&vertices);
         self.refresh_predictions_in_time();
     }
 
     /// Brings the indirect light of slots, and all that depends on it, up to date; it is then due to be sent.
     pub(super) fn refresh_indirect(&mut self, slots: &[SlotId]) {
-        let written = self.cache.refresh_indirect(slots, self.view.eye, &mut self.view.specular);
+        let written = self.refresh_unseen(slots);
         self.publisher.note_changed(&written);
+    }
+
+    /// The same of what need not be sent; returns the slots written.
+    pub(super) fn refresh_unseen(&mut self, slots: &[SlotId]) -> Vec<SlotId> {
+        let workers = &self.workers;
+        let (eye, specular) = (self.view.eye, &mut self.view.specular);
+        self.cache.refresh_indirect(slots, eye, specular, &|slots, light| workers.map(slots, light))
     }
 
     /// Counts the pixels of the visible leaves of the indirect layer and what the vertices' noise there costs, and
@@ -78,7 +84,7 @@ impl Engine {
         }
         let base = self.corners_of_all(&self.view.roots);
         let placed = self.predictions.place(&mut self.cache, base);
-        self.cache.refresh_indirect(&placed, self.view.eye, &mut self.view.specular);
+        self.refresh_unseen(&placed);
         let leaves = self.view.indirect_leaves(&self.cache);
         let corners = self.corners_of_all(&leaves);
         for &vertex in &corners {
@@ -87,11 +93,11 @@ impl Engine {
         for &leaf in &leaves {
             self.view.indirect[leaf].importance = 0.0;
             self.view.indirect[leaf].pixels = self.view.pixels_below(&self.cache, leaf);
-            self.account_indirect(leaf);
-            self.enqueue_refinement(leaf);
         }
+        self.account_indirect(&leaves);
+        self.enqueue_refinements(&leaves);
         self.predictions.spread_importance(&self.cache, &mut self.view);
-        corners.into_iter().for_each(|vertex| self.enqueue_gather(vertex));
+        self.enqueue_gathers(&corners);
         self.gather_inside(&self.view.visible_leaves(&self.cache));
         self.refresh_predictions();
         self.predictions.note_survey();
@@ -109,7 +115,7 @@ impl Engine {
             let vertex = self.cache.slots[slot].vertex;
             self.cache.indirect.note_expected(vertex, doubt);
             self.view.vertices[vertex].importance = importance;
-            self.enqueue_gather(vertex);
+            self.enqueue_gathers(&[vertex]);
         }
     }
 
@@ -131,17 +137,19 @@ impl Engine {
     /// Brings predictions up to date, with all that hangs on them.
     fn refresh_predictions(&mut self) {
         self.predictions.note_refresh(self.stats.rays);
-        let written = self.cache.refresh_predictions(self.view.eye, &mut self.view.specular);
+        let (workers, eye) = (&self.workers, self.view.eye);
+        let evaluate = |slots: &[SlotId], light: &(dyn Fn(SlotId) -> SlotLight + Sync)| workers.map(slots, light);
+        let written = self.cache.refresh_predictions(eye, &mut self.view.specular, &evaluate);
         let around = self.nodes_around(&written).into_iter();
         let mut leaves: Vec<NodeId> = around.map(|node| self.cache.topology.indirect_leaf(node)).collect();
         leaves.dedup();
-        leaves.into_iter().for_each(|leaf| self.account_indirect(leaf));
+        self.account_indirect(&leaves);
         let base = written.iter().map(|&slot| &self.cache.slots[slot]).filter(|record| record.is_base());
         let mut vertices: Vec<VertexId> = base.map(|record| record.vertex).collect();
         vertices.extend_from_slice(self.predictions.predicting());
         vertices.sort_unstable();
         vertices.dedup();
-        vertices.into_iter().for_each(|vertex| self.enqueue_gather(vertex));
+        self.enqueue_gathers(&vertices);
         self.publisher.note_changed(&written);
     }
 
@@ -242,8 +250,8 @@ impl Engine {
         let id = self.cache.topology.indirect_leaf(leaf);
         let pixels = &mut self.view.indirect[id].pixels;
         *pixels = (*pixels + difference).max(0.0);
-        self.account_indirect(id);
-        self.enqueue_refinement(id);
+        self.account_indirect(&[id]);
+        self.enqueue_refinements(&[id]);
     }
 
     /// Brings up to date what a leaf's noise adds to its corners' importance. Linear interpolation shows a sixth of
@@ -261,24 +269,33 @@ impl Engine {
         }
     }
 
-    /// Brings a leaf's share of the image's error up to date.
-    fn account_indirect(&mut self, id: NodeId) {
-        self.update_importance(id);
-        let face = self.cache.topology.nodes[id].face;
-        let [interpolation, noise] = self.error_model().indirect_error(id);
-        let shown = self.reflectances.noise_gain(&self.scene, face) * (interpolation + noise);
-        let leaf = &mut self.view.indirect[id];
-        let error = f64::from(leaf.pixels * shown);
-        self.image.replace_indirect(&mut leaf.accounted, error);
+    /// Brings leaves' shares of the image's error, and what their noise adds to their corners' importance, up to date.
+    fn account_indirect(&mut self, leaves: &[NodeId]) {
+        let model = self.error_model();
+        let judged = self.workers.map(leaves, |id| {
+            let face = self.cache.topology.nodes[id].face;
+            let error: f32 = model.indirect_error(id).iter().sum();
+            [model.gain(id), self.reflectances.noise_gain(&self.scene, face) * error]
+        });
+        for (&id, [gain, shown]) in leaves.iter().zip(judged) {
+            let pixels = self.view.indirect[id].pixels;
+            self.set_importance(id, pixels * gain / 6.0);
+            let error = f64::from(pixels * shown);
+            self.image.replace_indirect(&mut self.view.indirect[id].accounted, error);
+        }
     }
 
-    fn enqueue_refinement(&mut self, id: NodeId) {
-        let key = self.error_model().refine_key(id);
-        self.scheduler.offer(Task::RefineIndirect(id), key);
+    /// Queues leaves of the indirect layer by their present keys.
+    fn enqueue_refinements(&mut self, leaves: &[NodeId]) {
+        let model = self.error_model();
+        let keys = self.workers.map(leaves, |id| model.refine_key(id));
+        leaves.iter().zip(keys).for_each(|(&id, key)| self.scheduler.offer(Task::RefineIndirect(id), key));
     }
 
-    fn enqueue_gather(&mut self, id: VertexId) {
-        let key = self.error_model().gather_key(id);
-        self.scheduler.offer(Task::Gather(id), key);
+    /// Queues vertices to gather by their present keys.
+    fn enqueue_gathers(&mut self, vertices: &[VertexId]) {
+        let model = self.error_model();
+        let keys = self.workers.map(vertices, |id| model.gather_key(id));
+        vertices.iter().zip(keys).for_each(|(&id, key)| self.scheduler.offer(Task::Gather(id), key));
     }
 }

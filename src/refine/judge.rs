@@ -2,7 +2,7 @@
 //! key that what was just found has raised.
 
 use super::engine::Engine;
-use super::error_model::CHILD;
+use super::error_model::{CHILD, LeafKeys};
 use super::pixel_checks::{self, Found, Reference};
 use super::scheduler::Task;
 use super::work::{Lit, SplitLeaf, Work};
@@ -24,14 +24,13 @@ impl Engine {
         nodes.sort_unstable();
         nodes.dedup();
         self.look_for_highlights(&nodes);
-        for node in nodes {
-            self.account(node);
-            self.enqueue_leaf(node);
-        }
+        self.account(&nodes);
+        self.enqueue(&nodes);
         self.gather_inside(&lit.pixel_samples);
         self.check_pixels(&lit.checks);
         if self.miss_rate.has_risen() {
-            self.view.visible_leaves(&self.cache).into_iter().for_each(|leaf| self.enqueue_leaf(leaf));
+            let leaves = self.view.visible_leaves(&self.cache);
+            self.enqueue(&leaves);
         }
     }
 
@@ -39,7 +38,7 @@ impl Engine {
     fn judge_first_visits(&mut self, slots: &[SlotId]) {
         let nodes = self.nodes_around(slots);
         self.look_for_highlights(&nodes);
-        nodes.iter().for_each(|&node| self.account(node));
+        self.account(&nodes);
         if self.is_complete() {
             let leaves = self.view.visible_leaves(&self.cache);
             self.enqueue_leaves(&leaves);
@@ -98,22 +97,23 @@ impl Engine {
         let luminance = model.reference_luminance(&model.leaf(node));
         let of = Reference { luminance, reflectance: model.diffuse_reflectance(node) };
         self.checks.note(node, found, of, &mut self.view);
-        self.account(node);
-        self.enqueue_leaf(node);
+        self.account(&[node]);
+        self.enqueue(&[node]);
     }
 
-    /// Brings a leaf's share of the image's error up to date.
-    pub(super) fn account(&mut self, id: NodeId) {
-        let error = self.view.sees(id).then(|| self.error_model().leaf_error(id));
-        self.image.replace(&mut self.view.leaves[id].accounted, error);
+    /// Brings leaves' shares of the image's error up to date.
+    pub(super) fn account(&mut self, leaves: &[NodeId]) {
+        let model = self.error_model();
+        let errors = self.workers.map(leaves, |id| self.view.sees(id).then(|| model.leaf_error(id)));
+        for (&id, error) in leaves.iter().zip(errors) {
+            self.image.replace(&mut self.view.leaves[id].accounted, error);
+        }
     }
 
     /// Queues everything that the visible leaves leave to do.
     pub(super) fn enqueue_leaves(&mut self, leaves: &[NodeId]) {
-        for &leaf in leaves {
-            self.account(leaf);
-            self.enqueue_leaf(leaf);
-        }
+        self.account(leaves);
+        self.enqueue(leaves);
         let of_leaf = |&leaf: &NodeId| {
             let node = &self.cache.topology.nodes[leaf];
             node.corners.into_iter().chain(node.pixel_vertex)
@@ -122,23 +122,25 @@ impl Engine {
         self.enqueue_vertices(&slots);
     }
 
-    /// Queues a leaf by its present keys.
-    pub(super) fn enqueue_leaf(&mut self, id: NodeId) {
-        let tasks = [Task::Split(id), Task::SamplePixel(id)];
-        if !self.view.sees(id) {
-            return tasks.into_iter().for_each(|task| self.scheduler.void(task));
-        }
+    /// Queues leaves by their present keys; those whose corners agree to be checked.
+    pub(super) fn enqueue(&mut self, leaves: &[NodeId]) {
         let model = self.error_model();
-        let keys = [model.split_key(id), model.pixel_sample_key(id)];
-        tasks.into_iter().zip(keys).for_each(|(task, key)| self.scheduler.offer(task, key));
-        self.enqueue_check(id);
+        let keys = self.workers.map(leaves, |id| self.view.sees(id).then(|| model.leaf_keys(id)));
+        for (&id, keys) in leaves.iter().zip(keys) {
+            let tasks = [Task::Split(id), Task::SamplePixel(id)];
+            let Some(LeafKeys { split, sample, check }) = keys else {
+                tasks.into_iter().for_each(|task| self.scheduler.void(task));
+                continue;
+            };
+            tasks.into_iter().zip([split, sample]).for_each(|(task, key)| self.scheduler.offer(task, key));
+            self.offer_check(id, check);
+        }
     }
 
-    /// Queues a leaf whose corners agree to be checked.
-    fn enqueue_check(&mut self, id: NodeId) {
+    /// Queues a leaf to be checked, unless it waits for that.
+    fn offer_check(&mut self, id: NodeId, key: Option<f32>) {
         let task = Task::CheckPixels(id);
-        if !self.scheduler.waits(task) && self.error_model().wants_check(id) {
-            let key = self.error_model().check_key(id);
+        if let Some(key) = key.filter(|_| !self.scheduler.waits(task)) {
             self.scheduler.offer(task, key);
         }
     }
@@ -148,15 +150,11 @@ impl Engine {
         let mut vertices: Vec<VertexId> = slots.iter().map(|&slot| self.cache.slots[slot].vertex).collect();
         vertices.sort_unstable();
         vertices.dedup();
-        for id in vertices {
-            for task in [Task::TraceDeferred(id), Task::DoublePoints(id)] {
-                let rays = self.rays_of(task);
-                if rays > 0.0 {
-                    let key = self.error_model().vertex_key(id, rays);
-                    self.scheduler.offer(task, key);
-                }
-            }
-        }
+        let tasks = |id: VertexId| [Task::TraceDeferred(id), Task::DoublePoints(id)];
+        let due = |task: &Task| self.rays_of(*task) > 0.0;
+        let tasks: Vec<Task> = vertices.into_iter().flat_map(tasks).filter(due).collect();
+        let keys = self.workers.map(&tasks, |task| self.current_key(task));
+        tasks.into_iter().zip(keys).for_each(|(task, key)| self.scheduler.offer(task, key.unwrap_or(0.0)));
     }
 
     /// Queues those of the visible leaves anew whose corners have come to agree about lights that a check left out.
@@ -168,7 +166,8 @@ impl Engine {
         let leaves = self.view.visible_leaves(&self.cache).into_iter();
         for leaf in leaves.filter(knows_more).collect::<Vec<_>>() {
             self.view.leaves[leaf].checked = false;
-            self.enqueue_check(leaf);
+            let key = self.error_model().leaf_keys(leaf).check;
+            self.offer_check(leaf, key);
             if self.scheduler.waits(Task::CheckPixels(leaf)) {
                 self.view.leaves[leaf].check_open = 0;
             } else {

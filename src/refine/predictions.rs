@@ -5,9 +5,9 @@ use super::view::ViewState;
 use crate::cache::ids::{SlotId, VertexId};
 use crate::cache::store::Cache;
 
-/// Rays that are traced for each prediction brought up to date in the long run: oftener cost more than it told.
-const RAYS_A_PREDICTION: u64 = 4;
-/// Refreshes after which they come more seldom.
+/// Rays that are traced for each prediction brought up to date in the long run, and refreshes after which it is one more:
+/// oftener costs more than it tells (docs/notebook/pieces.md).
+const RAYS_A_PREDICTION: u64 = 16;
 const ALIKE: u64 = 2;
 
 /// Base vertices of a view and what they predict.
@@ -92,8 +92,8 @@ mod tests {
     fn predictions_come_more_seldom_the_more_are_known() {
         let mut predictions = Predictions { base: vec![VertexId(0); 90], ..Predictions::default() };
         assert!(!predictions.are_due(10, 99) && predictions.are_due(10, 100));
-        (0..20).for_each(|_| predictions.note_refresh(1000));
-        assert!(!predictions.are_due(10, 1399) && predictions.are_due(10, 1400));
+        (0..40).for_each(|_| predictions.note_refresh(1000));
+        assert!(!predictions.are_due(10, 2599) && predictions.are_due(10, 2600));
         predictions.note_survey();
         assert!(predictions.are_due(10, 1100));
     }

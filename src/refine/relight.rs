@@ -32,7 +32,7 @@ impl Engine {
             self.cache.relight_indirect(before, &now);
             let all: Vec<SlotId> = self.cache.slots.ids().collect();
             self.evaluate(&all);
-            self.cache.refresh_indirect(&all, self.view.eye, &mut self.view.specular);
+            self.refresh_unseen(&all);
             self.measure_surpluses();
             self.checks.forget();
             self.scheduler.drop_checks();

@@ -19,6 +19,8 @@ enum Command {
     Relight(Vec<Vec3>, Visible),
     /// One batch of at least this many rays.
     Step(u64),
+    /// Everything that waits to be shown.
+    Settle,
     /// What the GPU has drawn.
     Counted(Counted),
 }
@@ -84,6 +86,11 @@ impl EngineThread {
     /// Asks for one batch of at least `rays` rays (pace [`Pace::Stepped`]); exactly one update answers.
     pub fn step(&self, rays: u64) {
         self.send(Command::Step(rays));
+    }
+
+    /// Asks for everything that waits to be shown; the update that has it is marked as [`Update::settled`].
+    pub fn settle(&self) {
+        self.send(Command::Settle);
     }
 
     /// Tells what the GPU has drawn. At pace [`Pace::Stepped`] no update answers.
@@ -169,6 +176,7 @@ fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Send
                 // A batch between any two counts, or counts that come fast would leave no time for work.
                 engine.step(budget)
             }
+            Some(Command::Settle) => engine.settle(),
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(budget),
         };

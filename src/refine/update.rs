@@ -60,6 +60,8 @@ pub struct Update {
     pub patch_triangles: Vec<DrawnId>,
     /// State of the engine after this batch.
     pub stats: EngineStats,
+    /// Whether everything that waited to be shown is in it or in one before it ([`super::engine::Engine::settle`]).
+    pub settled: bool,
 }
 
 impl Update {

@@ -39,9 +39,9 @@ impl Engine {
         };
         let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
         self.evaluate(&due);
-        self.cache.refresh_indirect(&slots, self.view.eye, &mut self.view.specular);
+        self.refresh_unseen(&slots);
         self.look_for_highlights(&leaves);
-        leaves.iter().for_each(|&leaf| self.account(leaf));
+        self.account(&leaves);
         if self.is_complete() {
             self.enqueue_leaves(&leaves);
             self.survey_indirect();

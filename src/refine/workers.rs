@@ -55,6 +55,17 @@ impl Workers {
         })
     }
 
+    /// Applies `work` to each item, on all threads if there are many: what it costs must be more than to wake them.
+    pub fn map<T: Sync + Copy, R: Send>(&self, items: &[T], work: impl Fn(T) -> R + Sync) -> Vec<R> {
+        /// Items that take some ten microseconds.
+        const FEW: usize = 64;
+        if items.len() <= FEW {
+            return items.iter().map(|&item| work(item)).collect();
+        }
+        let chunks = self.map_chunks(items, |chunk| chunk.iter().map(|&item| work(item)).collect::<Vec<_>>());
+        chunks.into_iter().flatten().collect()
+    }
+
     /// Applies `work` to each item on all threads; it adds the rays that it traces to the count that it is given.
     pub fn map_counting<T: Sync, R: Send>(&self, items: &[T], work: impl Fn(&T, &mut u64) -> R + Sync) -> Counted<R> {
         let chunks = self.map_chunks(items, |chunk| {

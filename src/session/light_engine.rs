@@ -85,6 +85,25 @@ impl LightEngine {
         }
     }
 
+    /// Everything that waited to be shown: the updates up to the one that has it.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the engine has stopped.
+    pub fn settle(&mut self) -> Result<Vec<Update>> {
+        match self {
+            Self::Thread(thread) => thread.settle(),
+            Self::Owned(owned) => {
+                let update = owned.engine.settle();
+                owned.updates.push_back(update);
+            }
+        }
+        let mut updates = Vec::new();
+        while updates.last().is_none_or(|update: &Update| !update.settled) {
+            updates.push(self.wait()?);
+        }
+        Ok(updates)
+    }
+
     /// Tells what the GPU has drawn.
     pub fn counted(&mut self, counted: Counted) {
         match self {

@@ -167,12 +167,17 @@ impl Session {
         if self.shot.is_none() {
             return Err(Error::Usage("there is no view to draw".to_owned()));
         }
-        let Turn { updates, moved } = self.take_updates(observer)?;
+        let Turn { mut updates, moved } = self.take_updates(observer)?;
         self.clock.frame_begins();
         let ended_by = self.ended_by(observer.interrupted());
         // The last frame shows everything, whatever patches still wait; so do frames that are seldom.
         let whole =
             moved || ended_by.is_some() || observer.wants_picture(&self.stats) || self.frames_come == Frames::Seldom;
+        if whole && !moved {
+            let settled = self.engine.settle()?;
+            self.apply(&settled)?;
+            updates.extend(settled);
+        }
         let combined = whole || matches!(self.frames_come, Frames::Every(time) if self.clock.picture_is_due(time));
         self.clock.drawing_begins();
         let passes = self.renderer.frame(&FrameOptions {
