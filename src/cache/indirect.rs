@@ -1,7 +1,7 @@
 //! Indirect light shown at slots: what they have gathered, what those around them predict, or both by what they are
 //! worth.
 
-use super::ids::SlotId;
+use super::ids::{SlotId, VertexId};
 use super::pool::Table;
 use super::prediction::Prediction;
 use super::slot::{Between, Eye, SlotLight, Specular};
@@ -44,35 +44,38 @@ impl Cache {
             let base = slots.iter().filter(|s| self.slots[**s].is_base() && self.indirect.is_sampled(**s));
             due.extend(base.flat_map(|&s| self.neighbours(s)));
         }
-        self.refresh(&due, (eye, specular), evaluate, false)
+        self.indirect.stale |= due.iter().any(|slot| self.slots[*slot].is_base());
+        self.refresh(&due, (eye, specular), evaluate)
     }
 
-    /// Predictions of base slots that wait to be brought up to date.
+    /// Whether predictions of base slots are to be brought up to date.
     #[must_use]
-    pub fn waiting_predictions(&self) -> usize {
-        self.indirect.waiting.len()
+    pub const fn predictions_are_stale(&self) -> bool {
+        self.indirect.stale
     }
 
-    /// Brings the predictions of base slots up to date, and all that depends on them; returns the slots written.
+    /// Brings the predictions of base vertices up to date, and all that depends on them; returns the slots written.
     pub fn refresh_predictions(
         &mut self,
+        base: &[VertexId],
         eye: Vec3,
         specular: &mut SpecularTable,
         evaluate: Evaluate<'_>,
     ) -> Vec<SlotId> {
-        let waiting = std::mem::take(&mut self.indirect.waiting);
-        waiting.iter().for_each(|slot| self.slots[*slot].waits = false);
-        self.refresh(&waiting, (eye, specular), evaluate, true)
+        self.indirect.stale = false;
+        let is_predicted = |&slot: &SlotId| self.slots[slot].between.is_some() && !self.indirect.is_sampled(slot);
+        let slots = base.iter().flat_map(|&vertex| self.slots_of(vertex)).filter(is_predicted);
+        let due: Vec<SlotId> = slots.collect();
+        self.refresh(&due, (eye, specular), evaluate)
     }
 
-    /// Evaluates slots and those that they predict, rank by rank, so that each comes after those that predict it;
-    /// predictions of base slots are only noted unless they are wanted, too.
+    /// Evaluates slots and those inside the faces that they predict, rank by rank, so that each comes after those that
+    /// predict it.
     fn refresh(
         &mut self,
         slots: &[SlotId],
         (position, specular): (Vec3, &mut SpecularTable),
         evaluate: Evaluate<'_>,
-        predictions: bool,
     ) -> Vec<SlotId> {
         let mut due: BTreeMap<u8, Vec<SlotId>> = BTreeMap::new();
         slots.iter().for_each(|&slot| due.entry(self.slots[slot].rank).or_default().push(slot));
@@ -85,29 +88,16 @@ impl Cache {
             for (&slot, light) in wave.iter().zip(lights) {
                 self.slots[slot].indirect = light.kept();
                 specular[slot].indirect = light.specular;
-            }
-            for &slot in &wave {
-                self.pass_on(slot, predictions, &mut due);
+                let next = |&(_, link): &(SlotId, Option<u32>)| self.linked_between(link?);
+                for (next, _) in std::iter::successors(self.first_between(slot), next) {
+                    if !self.indirect.is_sampled(next) {
+                        due.entry(self.slots[next].rank).or_default().push(next);
+                    }
+                }
             }
             written.append(&mut wave);
         }
         written
-    }
-
-    /// Lists the slots that one predicts: as due, or as waiting.
-    fn pass_on(&mut self, slot: SlotId, predictions: bool, due: &mut BTreeMap<u8, Vec<SlotId>>) {
-        let mut link = self.first_between(slot);
-        while let Some((next, following)) = link {
-            link = following.and_then(|link| self.linked_between(link));
-            if self.indirect.is_sampled(next) {
-                continue;
-            }
-            if predictions || !self.slots[next].is_base() {
-                due.entry(self.slots[next].rank).or_default().push(next);
-            } else if !std::mem::replace(&mut self.slots[next].waits, true) {
-                self.indirect.waiting.push(next);
-            }
-        }
     }
 
     /// Indirect light of a slot: what it has gathered, what those around it predict, or both by what they are worth.

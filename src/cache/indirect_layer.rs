@@ -13,8 +13,9 @@ pub struct IndirectLayer {
     pub(super) previous: PreviousLighting,
     /// Whether what is shown leans on neighbours while rays are few.
     pub filter: bool,
-    /// Base slots whose predictions wait to be brought up to date: one coarse vertex predicts hundreds.
-    pub(super) waiting: Vec<SlotId>,
+    /// Whether base slots have changed since predictions of others were last brought up to date: one coarse vertex
+    /// predicts hundreds.
+    pub(super) stale: bool,
 }
 
 /// New rays of one vertex.
@@ -33,6 +34,12 @@ impl IndirectLayer {
     #[must_use]
     pub fn rays(&self, vertex: VertexId) -> u32 {
         self.gathers.rays.get(vertex)
+    }
+
+    /// Whether any vertex has gathered, under these lights or others.
+    #[must_use]
+    pub fn has_gathered(&self) -> bool {
+        !self.gathers.rays.is_empty() || self.previous.bytes() > 0
     }
 
     /// Whether a slot has gathered anything itself. (A look that was added after its vertex's last round has not.)

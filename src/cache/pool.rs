@@ -180,6 +180,12 @@ impl<I: Id, T: Default + Copy> Sparse<I, T> {
         }
     }
 
+    /// Whether nothing was ever written.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.pages.is_empty()
+    }
+
     /// Visits the values of all pages, with their indices: those written, and defaults beside them.
     pub fn for_each_mut(&mut self, mut visit: impl FnMut(I, &mut T)) {
         for (page, first) in self.pages.iter_mut().zip((0..).step_by(PAGE)) {

@@ -32,9 +32,8 @@ pub struct SlotRecord {
     /// Its place in the order in which slots are predicted: the spacing's number for base vertices, see
     /// [`super::coarse_levels`]; for all others, from [`INSIDE`] on, one more than the highest of those it lies between.
     pub rank: u8,
-    /// Whether its prediction waits to be brought up to date.
-    pub(super) waits: bool,
-    /// First slot that lies between this one and others, `slot * 8 + place`, linked through `next_between`.
+    /// First slot inside the faces that lies between this one and others, `slot * 8 + place`, linked through
+    /// `next_between`.
     pub(super) first_between: Option<u32>,
     pub(super) next_between: SmallVec<[Option<u32>; 3]>,
 }
@@ -149,7 +148,6 @@ impl SlotRecord {
             indirect: Luminance::default(),
             between: None,
             rank: UNPLACED,
-            waits: false,
             first_between: None,
             next_between: SmallVec::new(),
         }

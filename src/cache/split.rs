@@ -100,7 +100,9 @@ impl Cache {
 
     /// Notes that a new slot lies between others.
     pub(super) fn note_between(&mut self, slot: SlotId, between: Between) {
-        for (place, (other, _)) in (0..).zip(&between.of) {
+        // Base vertices are predicted all at once, those of a view (`Cache::refresh_predictions`).
+        let linked = if between.coarse { &[] } else { between.of.as_slice() };
+        for (place, (other, _)) in (0..).zip(linked) {
             let previous = self.slots[*other].first_between.replace(slot.0 * 8 + place);
             self.slots[slot].next_between.push(previous);
         }

@@ -166,7 +166,10 @@ impl Cache {
     /// Each slot is listed at those it lies between, and comes after them in the order of predictions.
     fn validate_lists_between(&self) {
         let order = |id: SlotId| (self.slots[id].rank, id);
-        let between = |id: SlotId| self.slots[id].between.iter().flat_map(|between| &between.of);
+        let between = |id: SlotId| {
+            let inside = self.slots[id].between.iter().filter(|between| !between.coarse);
+            inside.flat_map(|between| &between.of)
+        };
         let mut listed = Table::<SlotId, usize>::default();
         for id in self.slots.ids() {
             let next = |&(_, link): &(SlotId, Option<u32>)| self.linked_between(link?);

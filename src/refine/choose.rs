@@ -11,7 +11,7 @@ const FIRST_VISITS: usize = 512;
 /// Tasks a batch: few, so that each is chosen knowing what the ones before found.
 const TASKS: u64 = 64;
 /// Rays so far for each task of a batch, if that allows more: later ones change less of what the others go by.
-const RAYS_A_TASK: u64 = 2048;
+const RAYS_A_TASK: u64 = 4096;
 /// Rays of direct light a batch, about: a view that changes waits for no more, and no worker for another.
 const DIRECT_RAYS: f32 = 65536.0;
 /// Gather rays of a batch for each task that it may hold.

@@ -84,7 +84,9 @@ impl Engine {
         }
         let base = self.corners_of_all(&self.view.roots);
         let placed = self.predictions.place(&mut self.cache, base);
-        self.refresh_unseen(&placed);
+        if self.cache.indirect.has_gathered() {
+            self.refresh_unseen(&placed);
+        }
         let leaves = self.view.indirect_leaves(&self.cache);
         let corners = self.corners_of_all(&leaves);
         for &vertex in &corners {
@@ -99,7 +101,9 @@ impl Engine {
         self.predictions.spread_importance(&self.cache, &mut self.view);
         self.enqueue_gathers(&corners);
         self.gather_inside(&self.view.visible_leaves(&self.cache));
-        self.refresh_predictions();
+        if self.cache.predictions_are_stale() {
+            self.refresh_predictions();
+        }
         self.predictions.note_survey();
     }
 
@@ -121,14 +125,14 @@ impl Engine {
 
     /// Brings predictions up to date where enough rays were traced for that to cost little beside them.
     fn refresh_predictions_in_time(&mut self) {
-        if self.predictions.are_due(self.cache.waiting_predictions(), self.stats.rays) {
+        if self.predictions.are_due(self.stats.rays) {
             self.refresh_waiting_predictions();
         }
     }
 
     /// Brings predictions up to date if any waits for that.
     pub(super) fn refresh_waiting_predictions(&mut self) {
-        if self.cache.waiting_predictions() > 0 {
+        if self.cache.predictions_are_stale() {
             self.predictions.spread_importance(&self.cache, &mut self.view);
             self.refresh_predictions();
         }
@@ -139,7 +143,8 @@ impl Engine {
         self.predictions.note_refresh(self.stats.rays);
         let (workers, eye) = (&self.workers, self.view.eye);
         let evaluate = |slots: &[SlotId], light: &(dyn Fn(SlotId) -> SlotLight + Sync)| workers.map(slots, light);
-        let written = self.cache.refresh_predictions(eye, &mut self.view.specular, &evaluate);
+        let base = self.predictions.base();
+        let written = self.cache.refresh_predictions(base, eye, &mut self.view.specular, &evaluate);
         let around = self.nodes_around(&written).into_iter();
         let mut leaves: Vec<NodeId> = around.map(|node| self.cache.topology.indirect_leaf(node)).collect();
         leaves.dedup();

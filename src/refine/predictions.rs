@@ -9,6 +9,8 @@ use crate::cache::store::Cache;
 /// oftener costs more than it tells (docs/notebook/pieces.md).
 const RAYS_A_PREDICTION: u64 = 16;
 const ALIKE: u64 = 2;
+/// Rays that a prediction costs as much as, with what has to be judged anew after it.
+const COST: u64 = 2;
 
 /// Base vertices of a view and what they predict.
 #[derive(Debug, Default)]
@@ -59,12 +61,18 @@ impl Predictions {
         }
     }
 
-    /// Whether so many rays were traced that to bring `waiting` predictions up to date costs little beside them: a
+    /// Whether so many rays were traced that to bring predictions up to date costs little beside them: a
     /// prediction costs about as much as a ray. The first are rough, and soon replaced; later ones change little.
     #[must_use]
-    pub fn are_due(&self, waiting: usize, rays: u64) -> bool {
+    pub fn are_due(&self, rays: u64) -> bool {
         let share = (1 + self.refreshes / ALIKE).min(RAYS_A_PREDICTION);
-        rays - self.refreshed_at >= share * (waiting + self.base.len()) as u64
+        rays - self.refreshed_at >= share * COST * self.base.len() as u64
+    }
+
+    /// Base vertices of the view.
+    #[must_use]
+    pub fn base(&self) -> &[VertexId] {
+        &self.base
     }
 
     /// Notes that predictions are brought up to date after so many rays in all.
@@ -90,11 +98,11 @@ mod tests {
 
     #[test]
     fn predictions_come_more_seldom_the_more_are_known() {
-        let mut predictions = Predictions { base: vec![VertexId(0); 90], ..Predictions::default() };
-        assert!(!predictions.are_due(10, 99) && predictions.are_due(10, 100));
+        let mut predictions = Predictions { base: vec![VertexId(0); 50], ..Predictions::default() };
+        assert!(!predictions.are_due(99) && predictions.are_due(100));
         (0..40).for_each(|_| predictions.note_refresh(1000));
-        assert!(!predictions.are_due(10, 2599) && predictions.are_due(10, 2600));
+        assert!(!predictions.are_due(2599) && predictions.are_due(2600));
         predictions.note_survey();
-        assert!(predictions.are_due(10, 1100));
+        assert!(predictions.are_due(1100));
     }
 }

@@ -23,6 +23,7 @@ fn lit(scene: Scene, ids: &[TriangleId], (threads, rays): (usize, u64)) -> (Engi
         mirror.apply(engine.step(Budget::Rays(10_000)));
         engine.counted(&drawn(&mirror));
     }
+    mirror.apply(engine.settle());
     engine.cache().validate();
     (engine, mirror)
 }
