@@ -33,8 +33,8 @@ impl RenderArgs {
     /// The limits of the run, with the preset's error where there are none; frames are none for a picture of a path.
     fn limits(&self) -> Budget {
         let BudgetArgs { time, frames, rays, error } = self.budget;
-        let of_picture = Budget { time, frames: frames.filter(|_| self.camera_path.is_none()), rays, error };
-        Budget { frames, ..of_picture.or_error(self.refinement.quality.error()) }
+        let frames = frames.filter(|_| self.camera_path.is_none());
+        Budget { time, frames, rays, error }.or_error(self.refinement.quality.error())
     }
 }
 

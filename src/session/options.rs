@@ -243,12 +243,14 @@ impl Options {
         }
     }
 
-    /// When frames are drawn while the camera is still.
+    /// When frames are drawn while the camera is still: by the clock, too, where a number of frames ends the run.
     #[must_use]
     pub fn frames_on(&self, device: &Device) -> Frames {
         match self.refresh {
             Some(refresh) => Frames::Every(refresh),
-            None if self.pace == Pace::Free && device.report().is_cpu() => Frames::Seldom,
+            None if self.pace == Pace::Free && self.budget.frames.is_none() && device.report().is_cpu() => {
+                Frames::Seldom
+            }
             None => Frames::Every(Self::REFRESH),
         }
     }

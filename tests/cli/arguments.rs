@@ -61,7 +61,7 @@ fn render_needs_a_scene_and_an_output_only() {
 fn what_is_not_typed_is_as_sessions_have_it() {
     assert_eq!(render("scene.toml -o a.exr").options(), Options::default());
     let path = render("scene.toml -o a.exr --camera-path p.toml --frames 9").options();
-    let budget = Budget { frames: Some(9), error: Some(0.01), ..Budget::default() };
+    let budget = Budget { error: Some(0.01), ..Budget::default() };
     assert_eq!(path, Options { budget, ..Options::default() }, "frames are no limit for a picture");
     let error = |line: &str| render(&format!("s.obj -o a.exr {line}")).options().budget.error;
     assert_eq!([error("--frames 9"), error("--rays 9"), error("--error 0.2 --rays 9")], [None, None, Some(0.2)]);
