@@ -133,7 +133,7 @@ impl Hierarchy {
 
 /// Length of a batch at a free pace: short against the time between frames, long against the cost of handing an update over.
 const BATCH: Duration = Duration::from_millis(4);
-const BATCH_OF_SELDOM_FRAMES: Duration = Duration::from_millis(40);
+const BATCH_OF_SELDOM_FRAMES: Duration = Duration::from_millis(20);
 
 /// Starts an engine; its thread waits for the hierarchy.
 fn engine_thread(
