@@ -243,16 +243,21 @@ impl Options {
         }
     }
 
-    /// When frames are drawn while the camera is still: by the clock, too, where a number of frames ends the run.
+    /// When frames are drawn while the camera is still: by the clock, too, where a number of frames ends the run, or where
+    /// it is the draws that count pixels.
     #[must_use]
     pub fn frames_on(&self, device: &Device) -> Frames {
         match self.refresh {
             Some(refresh) => Frames::Every(refresh),
-            None if self.pace == Pace::Free && self.budget.frames.is_none() && device.report().is_cpu() => {
-                Frames::Seldom
-            }
+            None if device.report().is_cpu() && self.needs_no_frames() => Frames::Seldom,
             None => Frames::Every(Self::REFRESH),
         }
+    }
+
+    /// Whether nothing but the eye misses frames that are not drawn.
+    fn needs_no_frames(&self) -> bool {
+        let draws_count = matches!(self.pixel_counts, PixelCounts::Query | PixelCounts::Atomic);
+        self.pace == Pace::Free && self.budget.frames.is_none() && !draws_count
     }
 
     /// What the renderer is made with on a device: `id` is what the stencil modes fall back to.
@@ -269,6 +274,7 @@ impl Options {
 
 #[cfg(test)]
 mod tests {
+    use super::super::light_engine::Batches;
     use super::*;
 
     #[test]
@@ -296,6 +302,17 @@ mod tests {
         options.refinement.shadow_size = Some(0.5);
         let by_size = options.engine_options(&scene);
         assert_eq!((by_size.shadow_size, by_size.shadow_pixels), (0.5, f32::INFINITY));
+    }
+
+    #[test]
+    fn frames_are_needed_where_they_are_counted_or_count() {
+        let of = |pixel_counts, frames, pace| {
+            let budget = Budget { frames, ..Budget::default() };
+            Options { pixel_counts, budget, pace, ..Options::default() }.needs_no_frames()
+        };
+        use PixelCounts::{Atomic, Image, Off, Query};
+        assert_eq!([Image, Query, Atomic, Off].map(|how| of(how, None, Pace::Free)), [true, false, false, true]);
+        assert!(!of(Image, Some(9), Pace::Free) && !of(Image, None, Pace::Fixed(Batches::A_FRAME)));
     }
 
     #[test]
