@@ -13,8 +13,8 @@ use glam::Vec3;
 use std::f32::consts::PI;
 
 impl Cache {
-    /// A slot's light from its own rays, and what others predict as far as that is worth anything. Of a base vertex S
-    /// is its own: others may be less glossy.
+    /// A slot's light from its own rays, and what others predict as far as that is worth anything. S is its own where base
+    /// vertices predict it: they may be less glossy.
     pub(super) fn combined(&self, slot: SlotId, own: SlotLight, predicted: Option<Prediction>) -> SlotLight {
         let noise = self.likely_variance(slot);
         let record = &self.slots[slot];
@@ -25,7 +25,7 @@ impl Cache {
             return SlotLight { variance: noise, ..own };
         };
         let combined = combine(SlotLight { variance: noise, ..own }, predicted);
-        if record.is_base() { SlotLight { specular: own.specular, ..combined } } else { combined }
+        if record.is_base() || by_neighbours { SlotLight { specular: own.specular, ..combined } } else { combined }
     }
 
     /// Variance of a slot's own D by what it and those around it have seen, (W·sr⁻¹·m⁻²)².

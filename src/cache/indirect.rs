@@ -70,7 +70,7 @@ impl Cache {
     }
 
     /// Evaluates slots and those inside the faces that they predict, rank by rank, so that each comes after those that
-    /// predict it.
+    /// predict it. (The coarsest base vertices, which predict each other before they gather, see the values before.)
     fn refresh(
         &mut self,
         slots: &[SlotId],

@@ -1,4 +1,4 @@
-//! What a leaf's corners do not say: one ray a light from its middle, or from where a pixel sees it.
+//! What a leaf's corners do not say: one ray a light from where a pixel sees it.
 //!
 //! Corners may all lie in or under other geometry while the leaf between them is lit, and a shadow or a shaft of
 //! light may pass between them.

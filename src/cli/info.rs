@@ -31,7 +31,7 @@ fn describe(report: &DeviceReport) -> String {
     let lacking: Vec<&str> =
         UpdateMode::ALL.iter().filter(|mode| mode.check(report).is_err()).map(|m| m.name()).collect();
     let modes = if lacking.is_empty() { "all".to_owned() } else { format!("all but {}", lacking.join(", ")) };
-    let queries = if report.precise_queries { "exact" } else { "not exact, pixels are counted by histogram" };
+    let queries = if report.precise_queries { "exact" } else { "not exact, only the engine counts pixels" };
     let depth = formats.depth_stencil.as_deref().unwrap_or("none");
     format!(
         "{index}: {name} ({kind})\n   driver   {driver}, Vulkan {api_version}\n   memory   {memory_mib} MiB\n   \

@@ -41,7 +41,7 @@ impl RendererOptions {
             self.depth.check(mode)?;
             if self.atomic_counts && mode == UpdateMode::StencilExport {
                 let message = "--pixel-counts atomic: with --update stencil-export fragments are tested after they count; \
-                    take query or histogram";
+                    take query or image";
                 return Err(Error::Usage(message.to_owned()));
             }
         }

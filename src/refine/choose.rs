@@ -10,9 +10,11 @@ use crate::cache::ids::{NodeId, VertexId};
 const FIRST_VISITS: usize = 512;
 /// Tasks a batch: few, so that each is chosen knowing what the ones before found.
 const TASKS: u64 = 64;
-/// Rays so far for each task of a batch, if that allows more: later ones change less of what the others go by.
+/// Rays in the view so far for each task of a batch, if that allows more: later ones change less of what the others go by.
 const RAYS_A_TASK: u64 = 4096;
-/// Rays of direct light a batch, about: a view that changes waits for no more, and no worker for another.
+/// Tasks a batch at most: a tenth of a second on two cores, for which a view that changes waits.
+const MOST_TASKS: u64 = 512;
+/// Rays of direct light a batch, about.
 const DIRECT_RAYS: f32 = 65536.0;
 /// Gather rays of a batch for each task that it may hold.
 const GATHER_RAYS_A_TASK: u64 = 128;
@@ -26,7 +28,7 @@ impl Engine {
         if !work.first_visits.is_empty() {
             return work;
         }
-        let most = (self.stats.rays / RAYS_A_TASK).max(TASKS);
+        let most = ((self.stats.rays - self.view.began) / RAYS_A_TASK).clamp(TASKS, MOST_TASKS);
         let has_room = |work: &Work| {
             (work.tasks() as u64) < most
                 && u64::from(work.gather_rays) < most * GATHER_RAYS_A_TASK

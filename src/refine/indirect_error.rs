@@ -266,8 +266,7 @@ impl ErrorModel<'_> {
         let rests_on_others = |slot: &SlotId| self.cache.slots[*slot].rank > 0;
         let predicted = self.cache.slots_of(id).filter(rests_on_others).map(light).filter(|light| light.coarse);
         let Some(doubt) = predicted.map(|light| light.variance).reduce(f32::max) else {
-            // Where all that is seen is dark so far there is nothing to compare with, and all the more to find.
-            return if self.mean > 0.0 { (UNSAMPLED * self.mean).powi(2) } else { 1.0 };
+            return (UNSAMPLED * self.mean).powi(2);
         };
         let doubt = doubt.max((UNSAMPLED * self.mean).powi(2));
         // A sample of its own brings noise of its own: about as much a ray as those that predict it have.

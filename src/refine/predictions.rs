@@ -4,18 +4,19 @@
 use super::view::ViewState;
 use crate::cache::ids::{SlotId, VertexId};
 use crate::cache::store::Cache;
+use rustc_hash::FxHashSet;
 
 /// Rays that are traced for each prediction brought up to date in the long run, and refreshes after which it is one more:
 /// oftener costs more than it tells (docs/notebook/pieces.md).
 const RAYS_A_PREDICTION: u64 = 16;
 const ALIKE: u64 = 2;
-/// Rays that a prediction costs as much as, with what has to be judged anew after it.
+/// Rays that a prediction costs as much as, with what has to be judged anew after it, about.
 const COST: u64 = 2;
 
 /// Base vertices of a view and what they predict.
 #[derive(Debug, Default)]
 pub struct Predictions {
-    /// Visible base vertices, those that may predict others after them.
+    /// Visible base vertices and those that predict them, each after all that it may predict.
     base: Vec<VertexId>,
     /// Base vertices that predict others in this view.
     predicting: Vec<VertexId>,
@@ -37,9 +38,21 @@ impl Predictions {
                 slots.extend(cache.slots_of(vertex));
             }
         }
+        self.add_ancestors(cache);
         let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.map_or(0, |slot| cache.slots[slot].rank);
         self.base.sort_by_cached_key(|&vertex| std::cmp::Reverse((rank(vertex), vertex)));
         slots
+    }
+
+    /// Adds the vertices out of view that predict those of the view, or predict what does.
+    fn add_ancestors(&mut self, cache: &Cache) {
+        let mut known: FxHashSet<VertexId> = self.base.iter().copied().collect();
+        let mut next = 0;
+        while let Some(&vertex) = self.base.get(next) {
+            let parents = cache.parents_of(vertex).map(|(slot, _)| cache.slots[slot].vertex);
+            self.base.extend(parents.filter(|&parent| known.insert(parent)));
+            next += 1;
+        }
     }
 
     /// Adds up what rests on the vertices that predict others.
@@ -61,8 +74,8 @@ impl Predictions {
         }
     }
 
-    /// Whether so many rays were traced that to bring predictions up to date costs little beside them: a
-    /// prediction costs about as much as a ray. The first are rough, and soon replaced; later ones change little.
+    /// Whether so many rays were traced that to bring predictions up to date costs little beside them.
+    /// The first are rough, and soon replaced; later ones change little.
     #[must_use]
     pub fn are_due(&self, rays: u64) -> bool {
         let share = (1 + self.refreshes / ALIKE).min(RAYS_A_PREDICTION);

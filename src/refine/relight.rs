@@ -3,6 +3,7 @@
 
 use super::engine::{Engine, Visible};
 use super::update::Update;
+use super::view::LeafView;
 use crate::cache::ids::SlotId;
 use crate::cache::reweight::reweight;
 use crate::light::context::SceneContext;
@@ -36,7 +37,7 @@ impl Engine {
             self.measure_surpluses();
             self.checks.forget();
             self.scheduler.drop_checks();
-            self.view.leaves.iter_mut().for_each(|leaf| leaf.checked = false);
+            self.view.leaves.iter_mut().for_each(LeafView::forget_checks);
         }
         self.set_visible(visible)
     }

@@ -46,6 +46,14 @@ pub struct LeafView {
     pub accounted: Accounted,
 }
 
+impl LeafView {
+    /// Forgets what checks have found, in another light.
+    pub fn forget_checks(&mut self) {
+        (self.mismatch, self.mismatch_share) = (0.0, 0.0);
+        (self.checked, self.checks, self.check_open) = (false, 0, 0);
+    }
+}
+
 /// A leaf's part of the sums over the image.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Accounted {
@@ -88,6 +96,8 @@ pub struct VertexView {
 pub struct ViewState {
     /// Camera generation, rising.
     pub generation: u32,
+    /// Rays that were traced before it.
+    pub began: u64,
     /// Position of the eye, scene units.
     pub eye: Vec3,
     /// The image, if it is known.
@@ -134,7 +144,7 @@ impl ViewState {
     /// Whether a leaf is known to show in exactly one pixel, and in which.
     #[must_use]
     pub fn is_one_pixel(&self, leaf: NodeId) -> bool {
-        self.leaves[leaf].pixels == 1.0 && self.ray(leaf).is_some()
+        self.leaves[leaf].pixels == 1.0 && self.leaves[leaf].span.is_some_and(|span| span.len() == 1)
     }
 
     /// The slot of the pixel vertex of a leaf, if that is what the leaf's one pixel shows.

@@ -20,6 +20,7 @@ impl Engine {
         }
         self.view.forget(stays);
         (self.view.generation, self.view.eye, self.view.image) = (visible.generation, visible.eye, image);
+        self.view.began = self.stats.rays;
         self.view.faces.clone_from(&visible.faces);
         self.view.roots =
             visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
@@ -59,8 +60,8 @@ impl Engine {
         let (lists, spans) = PixelLists::new(image, &faces, corners);
         self.view.lists = lists;
         for (&root, span) in self.view.roots.iter().zip(spans) {
-            // Faces that only redraws with sub-pixel offsets see go by their share.
-            self.view.leaves[root].span = Some(span).filter(|span| !span.is_empty());
+            // Empty for faces that only redraws with sub-pixel offsets see: their vertices are visited, not refined.
+            self.view.leaves[root].span = Some(span);
         }
     }
 

@@ -54,8 +54,8 @@ const QUERIES_A_FRAME: u32 = 128;
 
 /// A run in progress: a renderer, a light engine, and what has passed between them.
 ///
-/// One turn is a frame: the engine's updates go to the renderer, it draws, and the engine hears how many pixels each drawn triangle
-/// has. Lengths are in scene units, images in pixels, radiance in W·sr⁻¹·m⁻², errors relative to the image's mean, times by the wall
+/// One turn is a frame: the engine's updates go to the renderer, it draws, and the engine hears what was
+/// drawn. Lengths are in scene units, images in pixels, radiance in W·sr⁻¹·m⁻², errors relative to the image's mean, times by the wall
 /// clock. Not safe to share between threads; the engine may have its own.
 pub struct Session {
     /// First, so that it stops before the device goes.
@@ -156,7 +156,7 @@ impl Session {
         self.engine.relight(factors.to_vec(), visible);
     }
 
-    /// One turn of the loop: takes the engine's updates, hands them to the renderer, draws a frame, counts pixels, tells the engine.
+    /// One turn of the loop: takes the engine's updates, hands them to the renderer, draws a frame, tells the engine.
     /// The first turn of a view waits for the update that shows all of it; others wait for fixed work, or until something arrives or
     /// a picture is due. Can go on after [`FrameReport::ended_by`], which only says that a limit is reached.
     ///
@@ -171,9 +171,9 @@ impl Session {
         self.clock.frame_begins();
         let ended_by = self.ended_by(observer.interrupted());
         // The last frame shows everything, whatever patches still wait; so do frames that are seldom.
-        let whole =
-            moved || ended_by.is_some() || observer.wants_picture(&self.stats) || self.frames_come == Frames::Seldom;
-        if whole && !moved {
+        let wanted = ended_by.is_some() || observer.wants_picture(&self.stats);
+        let whole = moved || wanted || self.frames_come == Frames::Seldom;
+        if wanted && !moved {
             let settled = self.engine.settle()?;
             self.apply(&settled)?;
             updates.extend(settled);
