@@ -96,6 +96,16 @@ mod tests {
     }
 
     #[test]
+    fn a_frame_is_cheap_beside_nine_times_its_cost() {
+        let mut clock = Clock::default();
+        assert!(clock.frame_is_cheap(), "the first");
+        clock.frame_ends(true, false);
+        assert!(clock.frame_is_cheap(), "it was not drawn");
+        clock.frame_cost = Duration::from_secs(3600);
+        assert!(!clock.frame_is_cheap());
+    }
+
+    #[test]
     fn first_moments_stay() {
         let mut clock = Clock::default();
         assert_eq!((clock.since_light(), clock.since_first_frame()), (Duration::ZERO, Duration::ZERO));

@@ -123,6 +123,8 @@ impl Twins {
     fn differences(&mut self) -> Differences {
         self.full.frame(&full_redraw()).unwrap();
         let (a, b) = (self.patched.read_layers().unwrap(), self.full.read_layers().unwrap());
+        // What changes until the next one is taken over without being kept in order.
+        self.full.draw_all_next();
         let mut found = Differences::default();
         for i in (0..a.face_id.len()).filter(|&i| a.face_id[i] != 0) {
             found.pixels += 1;
