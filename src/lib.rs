@@ -15,6 +15,7 @@
 //! - [`image`]: film, EXR, PNG, tone mapping, metrics; [`log`]: frame log
 //! - [`mod@compare`]: update modes compared, and the report of it
 //! - [`session`]: a run, one loop between engine and renderer, without a command line
+//! - [`system`]: what the system tells of this process and of the machine
 //! - [`cli`]: one file a subcommand
 //!
 //! Dependencies point one way: `math ← scene ← geom ← bsdf, light ← estimate ← cache ← refine` and `vk ← pass`; `pass` reads
@@ -38,4 +39,5 @@ pub mod reference;
 pub mod refine;
 pub mod scene;
 pub mod session;
+pub mod system;
 pub mod vk;

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 const MAY_USE: &[(&str, &[&str])] = &[
     ("math", &[]),
     ("error", &["scene"]),
+    ("system", &[]),
     ("scene", &["math", "error"]),
     ("geom", &["math", "error", "scene"]),
     ("bsdf", &["math"]),
@@ -25,7 +26,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("vk", &["math", "error"]),
     ("compare", &["math", "error", "scene", "image", "log", "vk", "pass", "refine::update", "refine::replay"]),
     ("pass", &["math", "error", "scene", "vk", "image", "log", "refine::update"]),
-    ("session", &["math", "error", "scene", "geom", "light", "estimate", "refine", "vk", "pass", "image", "log"]),
+    (
+        "session",
+        &["math", "error", "scene", "geom", "light", "estimate", "refine", "vk", "pass", "image", "log", "system"],
+    ),
 ];
 
 /// The rooms that put the others together; they may use all of them.
@@ -39,6 +43,8 @@ const CRATES: &[(&str, &[&str])] = &[
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
     ("ctrlc", &["src/cli/"]),
+    ("nix", &["src/system.rs"]),
+    ("procfs", &["src/system.rs"]),
 ];
 
 /// Extensions of shaders and of what they include.

@@ -82,7 +82,9 @@ fn frames_are_reported_until_nothing_is_left_to_do() {
         assert!(session.unfinished(EndedBy::Converged).is_none());
         let totals = session.totals();
         assert_eq!((totals.frames, totals.engine), (reports.len() as u64, last.engine));
-        assert!(totals.first_picture <= totals.complete_picture);
+        let moments = [totals.first_picture, totals.lit_picture, totals.complete_picture, totals.last_picture];
+        let moments = moments.map(|moment| moment.unwrap().at);
+        assert!(moments.is_sorted() && moments[0] < moments[3], "{moments:?}");
         // Another eye: a new view, whose light is known in part.
         let moved = View { eye: view.eye + Vec3::X * 0.1, ..*view };
         session.look(&moved, &[]).unwrap();

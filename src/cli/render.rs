@@ -6,7 +6,7 @@ use super::progress::Progress;
 use super::{Outcome, interrupt, numbered, output, scene};
 use crate::error::{Error, Result};
 use crate::image::exr::{RgbImage, read_rgb};
-use crate::log::summary::Summary;
+use crate::log::summary::{Memory, Summary};
 use crate::pass::Renderer;
 use crate::refine::update::EngineStats;
 use crate::scene::Scene;
@@ -15,8 +15,9 @@ use crate::scene::report::Severity;
 use crate::session::pictures::{Picture, Pictures};
 use crate::session::{
     EndedBy, ErrorMeter, FrameReport, Hierarchy, Observer, Opening, PixelCounts, RunLog, Session, Still, Totals,
-    thread_count,
+    thread_count, thread_times,
 };
+use crate::system;
 use crate::vk::Device;
 use std::path::Path;
 use std::sync::Arc;
@@ -57,6 +58,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let by = making.make(&mut session, &pictures)?;
     making.watch.progress.finish();
     let totals = session.totals();
+    summary.cpu.threads = thread_times();
     let renderer = session.into_renderer();
     summary.times.bvh = bvh_seconds.get().copied();
     finish(args, summary, renderer.device(), &Ended { by, totals, start })?;
@@ -209,11 +211,30 @@ struct Ended {
     start: Instant,
 }
 
+impl Ended {
+    /// Fills in when frames were there, and the end, which is now.
+    fn clocks(&self, summary: &mut Summary) {
+        let Totals { first_picture, lit_picture, complete_picture, last_picture, engine, .. } = self.totals;
+        let (times, cpu) = (&mut summary.times, &mut summary.cpu);
+        for (moment, wall, cpu) in [
+            (first_picture, &mut times.first_frame, &mut cpu.first_frame),
+            (lit_picture, &mut times.lit_frame, &mut cpu.lit_frame),
+            (complete_picture, &mut times.complete_frame, &mut cpu.complete_frame),
+            (last_picture, &mut times.last_frame, &mut cpu.last_frame),
+        ] {
+            *wall = moment.map(|moment| moment.at.duration_since(self.start).as_secs_f64());
+            *cpu = moment.and_then(|moment| moment.cpu_seconds);
+        }
+        times.total = Some(self.start.elapsed().as_secs_f64());
+        cpu.total = system::cpu_seconds();
+        cpu.light = engine.cpu_seconds;
+    }
+}
+
 /// Writes the run summary beside the log and says what was done.
 fn finish(args: &RenderArgs, mut summary: Summary, device: &Device, ended: &Ended) -> Result<()> {
-    let device = device.report();
-    let Totals { frames, engine, first_picture, complete_picture, elapsed } = ended.totals;
-    let since_start = |at: Instant| at.duration_since(ended.start).as_secs_f64();
+    let (device, memory_on_device) = (device.report(), device.memory_bytes());
+    let Totals { frames, engine, elapsed, .. } = ended.totals;
     let rate = |seconds: f64| (seconds > 0.0).then(|| engine.rays as f64 / seconds);
     summary.device.clone_from(&device.name);
     summary.driver.clone_from(&device.driver);
@@ -221,9 +242,13 @@ fn finish(args: &RenderArgs, mut summary: Summary, device: &Device, ended: &Ende
     summary.seed = args.engine.seed;
     summary.threads = thread_count(args.engine.threads);
     summary.size = [args.scene.size.width, args.scene.size.height];
-    summary.times.first_frame = first_picture.map(since_start);
-    summary.times.complete_frame = complete_picture.map(since_start);
-    summary.times.total = Some(ended.start.elapsed().as_secs_f64());
+    ended.clocks(&mut summary);
+    summary.memory = Memory {
+        triangles: engine.triangles,
+        cache_bytes: engine.cache_bytes,
+        device_bytes: memory_on_device,
+        peak_bytes: system::peak_memory(),
+    };
     summary.frames = frames;
     summary.rays = engine.rays;
     summary.rays_per_second = rate(elapsed.as_secs_f64());

@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::image::atomic;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -29,6 +29,10 @@ pub struct Summary {
     pub origin: [f64; 3],
     /// When each part was done.
     pub times: Times,
+    /// CPU time by then.
+    pub cpu: CpuTimes,
+    /// Memory at the end.
+    pub memory: Memory,
     /// Frames drawn.
     pub frames: u64,
     /// Rays traced.
@@ -46,7 +50,7 @@ pub struct Summary {
 }
 
 /// Durations of the parts of the start, seconds; `null` for a part that was not reached.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Times {
     /// Reading the scene.
     pub load: Option<f64>,
@@ -58,10 +62,61 @@ pub struct Times {
     pub pipelines: Option<f64>,
     /// From the start of the process to the first frame combined.
     pub first_frame: Option<f64>,
+    /// From the start of the process to the first frame after the first light was found.
+    pub lit_frame: Option<f64>,
     /// From the start of the process to the first frame in which every visible vertex has a value.
     pub complete_frame: Option<f64>,
+    /// From the start of the process to the last frame: images are written after it.
+    pub last_frame: Option<f64>,
     /// From the start of the process to the end.
     pub total: Option<f64>,
+}
+
+/// CPU seconds of the process, all threads together, from its start; `null` where the system does not tell or what was not reached.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CpuTimes {
+    /// To the frames of [`Times`] of the same names.
+    pub first_frame: Option<f64>,
+    /// To the first with light.
+    pub lit_frame: Option<f64>,
+    /// To the first complete one.
+    pub complete_frame: Option<f64>,
+    /// To the last.
+    pub last_frame: Option<f64>,
+    /// To the end.
+    pub total: Option<f64>,
+    /// Of the light engine, its own thread and those that trace, as the engine counts.
+    pub light: f64,
+    /// Of all threads by what they do.
+    pub threads: Option<ThreadTimes>,
+}
+
+/// CPU seconds of threads by what they do, as long as there is an engine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ThreadTimes {
+    /// Threads that trace rays.
+    pub tracing: f64,
+    /// The engine's own thread.
+    pub engine: f64,
+    /// The thread that loads the scene and drives the renderer, and its pool, which builds a part of the ray hierarchy.
+    pub main: f64,
+    /// All others that live to the end: those of the device's driver, which is the rasteriser where the device is the CPU.
+    pub rasteriser: f64,
+    /// Threads that have ended: hierarchy, device and pipelines.
+    pub ended: f64,
+}
+
+/// Memory at the end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Memory {
+    /// Triangles that are drawn: the leaves of the hierarchy over the scene's, and what mends hanging nodes.
+    pub triangles: u64,
+    /// Bytes held by the light cache.
+    pub cache_bytes: u64,
+    /// Bytes held on the device.
+    pub device_bytes: u64,
+    /// The most bytes that the process held at once; `null` where the system does not tell.
+    pub peak_bytes: Option<u64>,
 }
 
 impl Summary {
@@ -94,13 +149,14 @@ impl Summary {
     #[must_use]
     pub fn details(&self) -> Vec<String> {
         let seconds = |name: &str, time: Option<f64>| time.map(|t| format!("{name} {t:.3} s"));
-        let Times { load, bvh, device, pipelines, first_frame, complete_frame, .. } = self.times;
+        let Times { load, bvh, device, pipelines, first_frame, lit_frame, complete_frame, .. } = self.times;
         let parts = [
             seconds("load", load),
             seconds("BVH", bvh),
             seconds("device", device),
             seconds("pipelines", pipelines),
             seconds("first frame at", first_frame),
+            seconds("light at", lit_frame),
             seconds("complete frame at", complete_frame),
         ];
         let rate = self.rays_per_cpu_second.map(|r| format!("{:.2} M rays per CPU second", r * 1e-6));
@@ -134,9 +190,19 @@ mod tests {
         summary.warnings.push("a \"quoted\"\nwarning".into());
         summary.write(&path).expect("written");
         let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&path).expect("file")).expect("JSON");
-        for key in
-            ["command", "version", "device", "driver", "formats", "times", "rays_per_second", "stand_ins", "warnings"]
-        {
+        for key in [
+            "command",
+            "version",
+            "device",
+            "driver",
+            "formats",
+            "times",
+            "cpu",
+            "memory",
+            "rays_per_second",
+            "stand_ins",
+            "warnings",
+        ] {
             assert!(json.get(key).is_some(), "{key}");
         }
         assert_eq!(json["seed"], u64::MAX);

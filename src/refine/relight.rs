@@ -19,6 +19,7 @@ impl Engine {
     /// before the last change; otherwise it is a guess until it is gathered again, which vertices do in order of what
     /// that is worth to the image.
     pub fn relight(&mut self, factors: &[Vec3], visible: &Visible) -> Update {
+        let spent = self.current_stats().cpu_seconds;
         let before = self.lights.lighting();
         let mixed = self.lights.set_factors(factors);
         let now = self.lights.lighting();
@@ -39,7 +40,10 @@ impl Engine {
             self.scheduler.drop_checks();
             self.view.leaves.iter_mut().for_each(LeafView::forget_checks);
         }
-        self.set_visible(visible)
+        let mut update = self.set_visible(visible);
+        self.stats.view_cpu_seconds = update.stats.cpu_seconds - spent;
+        update.stats = self.stats;
+        update
     }
 
     /// Square errors of interpolating indirect light grow with the square of the light, until they are measured again.

@@ -1,22 +1,38 @@
 //! When things happened in a run.
 
+use crate::system;
 use std::time::{Duration, Instant};
 
-/// Moments of a run, by the wall clock; `None` for what is still to come.
+/// A moment of a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment {
+    /// By the wall clock.
+    pub at: Instant,
+    /// CPU time of the process up to then, seconds; `None` where the system does not tell.
+    pub cpu_seconds: Option<f64>,
+}
+
+impl Moment {
+    fn now() -> Self {
+        Self { at: Instant::now(), cpu_seconds: system::cpu_seconds() }
+    }
+}
+
+/// Moments of a run; `None` for what is still to come.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Clock {
     /// When the first frame began.
     first_frame: Option<Instant>,
     /// When the first light was there: what a budget's time counts from.
     first_light: Option<Instant>,
-    /// When the last picture was made.
-    last_picture: Option<Instant>,
     /// When the last frame began to be drawn, and how long that took.
     drawing: Option<Instant>,
     frame_cost: Duration,
-    /// When the first picture was made, and the first in which every visible vertex has a value.
-    pub first_picture: Option<Instant>,
-    pub complete_picture: Option<Instant>,
+    /// When pictures were made: the first, the first with light, the first in which every visible vertex has a value, the last.
+    pub first_picture: Option<Moment>,
+    pub lit_picture: Option<Moment>,
+    pub complete_picture: Option<Moment>,
+    pub last_picture: Option<Moment>,
 }
 
 impl Clock {
@@ -30,22 +46,25 @@ impl Clock {
 
     /// A frame is done, with a picture or without; when that is, since the first frame began.
     pub(super) fn frame_ends(&mut self, picture: bool, complete: bool) -> Duration {
-        let now = Instant::now();
-        self.frame_cost = self.drawing.map_or(Duration::ZERO, |drawing| now.duration_since(drawing));
+        let now = Moment::now();
+        self.frame_cost = self.drawing.map_or(Duration::ZERO, |drawing| now.at.duration_since(drawing));
         if picture {
             self.last_picture = Some(now);
             self.first_picture.get_or_insert(now);
         }
+        if picture && self.first_light.is_some() {
+            self.lit_picture.get_or_insert(now);
+        }
         if picture && complete {
             self.complete_picture.get_or_insert(now);
         }
-        self.first_frame.map_or(Duration::ZERO, |first| now.duration_since(first))
+        self.first_frame.map_or(Duration::ZERO, |first| now.at.duration_since(first))
     }
 
     /// Whether a frame would take at most a tenth of the time since the last, if it costs as much as that did.
     pub(super) fn frame_is_cheap(&self) -> bool {
         const SHARE: u32 = 10;
-        self.last_picture.is_none_or(|last| last.elapsed() >= self.frame_cost * (SHARE - 1))
+        self.last_picture.is_none_or(|last| last.at.elapsed() >= self.frame_cost * (SHARE - 1))
     }
 
     /// Notes that a frame begins to be drawn, after all that it shows has arrived.
@@ -55,12 +74,12 @@ impl Clock {
 
     /// Whether a picture is due that comes every `refresh`.
     pub(super) fn picture_is_due(&self, refresh: Duration) -> bool {
-        self.last_picture.is_none_or(|last| last.elapsed() >= refresh)
+        self.last_picture.is_none_or(|last| last.at.elapsed() >= refresh)
     }
 
     /// How long until it is, a millisecond at least; no time before the first.
     pub(super) fn until_picture(&self, refresh: Duration) -> Duration {
-        let left = |last: Instant| refresh.saturating_sub(last.elapsed()).max(Duration::from_millis(1));
+        let left = |last: Moment| refresh.saturating_sub(last.at.elapsed()).max(Duration::from_millis(1));
         self.last_picture.map_or(Duration::ZERO, left)
     }
 
@@ -113,9 +132,14 @@ mod tests {
         clock.frame_ends(false, true);
         assert!(clock.first_picture.is_none() && clock.complete_picture.is_none());
         clock.frame_ends(true, false);
-        assert!(clock.first_picture.is_some() && clock.complete_picture.is_none());
-        let first = clock.first_picture;
+        assert!(clock.first_picture.is_some() && clock.lit_picture.is_none() && clock.complete_picture.is_none());
+        clock.light_is_there();
+        clock.frame_ends(false, false);
+        assert!(clock.lit_picture.is_none(), "nobody sees it yet");
         clock.frame_ends(true, true);
-        assert!(clock.complete_picture.is_some() && clock.first_picture == first);
+        clock.frame_ends(true, true);
+        let moments = [clock.first_picture, clock.lit_picture, clock.complete_picture, clock.last_picture];
+        let [first, lit, complete, last] = moments.map(|moment| moment.expect("a picture").at);
+        assert!(first < lit && lit == complete && complete < last, "{moments:?}");
     }
 }

@@ -17,10 +17,12 @@ mod recording;
 mod run_log;
 mod setup;
 mod still;
+mod thread_times;
 mod totals;
 mod visible;
 
 pub use budget::{Budget, EndedBy, Spent};
+pub use clock::Moment;
 pub use error_meter::ErrorMeter;
 pub use frame::FrameReport;
 pub use light_engine::{Batches, LightEngine, Pace};
@@ -29,6 +31,7 @@ pub use options::{Frames, Options, PixelCounts, Quality, Refinement, Thresholds,
 pub use run_log::RunLog;
 pub use setup::{Gpu, Hierarchy, Opening, owned_engine};
 pub use still::Still;
+pub use thread_times::thread_times;
 pub use totals::Totals;
 
 use crate::error::{Error, Result};

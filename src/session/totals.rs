@@ -1,8 +1,9 @@
 //! What a run did, up to now.
 
+use super::clock::Moment;
 use super::{EndedBy, Session};
 use crate::refine::update::EngineStats;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Totals of a run.
 #[derive(Clone, Copy, Debug)]
@@ -12,9 +13,13 @@ pub struct Totals {
     /// The engine's totals as the last of them shows them.
     pub engine: EngineStats,
     /// When the first picture was made.
-    pub first_picture: Option<Instant>,
+    pub first_picture: Option<Moment>,
+    /// When the first picture was made after the first light was found.
+    pub lit_picture: Option<Moment>,
     /// When the first picture was made in which every visible vertex has a value.
-    pub complete_picture: Option<Instant>,
+    pub complete_picture: Option<Moment>,
+    /// When the last picture was made.
+    pub last_picture: Option<Moment>,
     /// Since the first frame began.
     pub elapsed: Duration,
 }
@@ -27,7 +32,9 @@ impl Session {
             frames: self.frames,
             engine: self.stats,
             first_picture: self.clock.first_picture,
+            lit_picture: self.clock.lit_picture,
             complete_picture: self.clock.complete_picture,
+            last_picture: self.clock.last_picture,
             elapsed: self.clock.since_first_frame(),
         }
     }
