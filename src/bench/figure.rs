@@ -17,13 +17,14 @@ pub struct Figure {
 
 impl Figure {
     /// From repetitions; the order is lost. With none, not a number.
-    pub(super) fn of(mut values: Vec<f64>) -> Self {
+    #[must_use]
+    pub fn of(mut values: Vec<f64>) -> Self {
         values.sort_unstable_by(f64::total_cmp);
         let (Some(low), Some(high)) = (values.first(), values.last()) else {
             return Self { median: f64::NAN, spread: f64::NAN };
         };
         let median = f64::midpoint(values[(values.len() - 1) / 2], values[values.len() / 2]);
-        Self { median, spread: (high - median).max(median - low) / median }
+        Self { median, spread: (high - median).max(median - low) / median.abs() }
     }
 }
 

@@ -3,12 +3,14 @@
 pub mod ablation;
 mod choice;
 pub mod convergence;
+pub mod crossing;
 mod figure;
 mod gather;
 pub mod plot;
 mod rates;
 pub mod reference_pixels;
 mod surface;
+pub mod walk;
 
 pub use choice::ChoiceCost;
 pub use figure::{Figure, Step};

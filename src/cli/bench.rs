@@ -3,7 +3,7 @@
 use super::args::SceneArgs;
 use super::args::bench::{BenchArgs, Study};
 use super::progress::{measuring, say};
-use super::{Outcome, ablation, convergence, output, scene};
+use super::{Outcome, ablation, clock, convergence, output, scene};
 use crate::bench::{Errors, Figure, Hits, Report, measure};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
@@ -37,6 +37,7 @@ pub fn run(args: &BenchArgs) -> Result<Outcome> {
     match &args.study {
         Some(Study::Convergence(args)) => return convergence::run(args),
         Some(Study::Ablate(args)) => return ablation::run(args),
+        Some(Study::Clock(args)) => return clock::run(args),
         None => {}
     }
     let scene_args = SceneArgs { path: scene_path(args)?, camera: args.camera.clone(), size: SIZE, up: args.up };

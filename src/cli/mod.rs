@@ -5,6 +5,7 @@ pub mod ablation_report;
 pub mod args;
 pub mod bench;
 mod black_picture;
+pub mod clock;
 pub mod compare;
 pub mod convergence;
 pub mod convergence_report;

@@ -47,6 +47,12 @@ pub fn positive(text: &str) -> Result<f32, String> {
     value.ok_or_else(|| "expected a number more than 0, as in 0.01".to_owned())
 }
 
+/// A finite number > 0, in double precision.
+pub fn positive_precisely(text: &str) -> Result<f64, String> {
+    let value = text.parse::<f64>().ok().filter(|v| v.is_finite() && *v > 0.0);
+    value.ok_or_else(|| "expected a number more than 0, as in 0.01".to_owned())
+}
+
 /// A share from 0 up to 1, that left out.
 pub fn share(text: &str) -> Result<f64, String> {
     let value = text.parse::<f64>().ok().filter(|v| (0.0..1.0).contains(v));
@@ -155,6 +161,44 @@ pub fn ablated_scene(text: &str) -> Result<AblatedScene, String> {
     };
     let found = AblatedScene { path: scene.into(), reference: reference.into(), camera };
     if is_exr(reference) { Ok(found) } else { Err(form()) }
+}
+
+/// A scene, with its reference if there is one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ClockedScene {
+    /// Scene file (.toml) or bare .obj.
+    pub path: PathBuf,
+    /// What errors are measured against.
+    pub reference: Option<PathBuf>,
+    /// Camera of the scene file; `None` for the first.
+    pub camera: Option<String>,
+}
+
+impl ClockedScene {
+    /// What it is called in messages and tables.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let camera = self.camera.as_ref().map_or_else(String::new, |camera| format!("@{camera}"));
+        self.path.display().to_string() + &camera
+    }
+}
+
+/// A scene and, behind it, its reference and its camera, or one of them.
+pub fn clocked_scene(text: &str) -> Result<ClockedScene, String> {
+    if let Ok(AblatedScene { path, reference, camera }) = ablated_scene(text) {
+        return Ok(ClockedScene { path, reference: Some(reference), camera });
+    }
+    let is_scene = |text: &str| ["toml", "obj"].iter().any(|extension| has_extension(Path::new(text), extension));
+    let (path, camera) = match text.rsplit_once('@') {
+        Some((path, camera)) if is_scene(path) => (path, Some(camera.to_owned())),
+        _ => (text, None),
+    };
+    if is_scene(path) {
+        return Ok(ClockedScene { path: path.into(), reference: None, camera });
+    }
+    Err("expected SCENE, SCENE@CAMERA, SCENE=REF.exr or SCENE=REF.exr@CAMERA, SCENE being a .toml or .obj, as in \
+        box.toml=box.exr@left"
+        .to_owned())
 }
 
 /// A piece of the engine by name.
@@ -268,6 +312,22 @@ mod tests {
         assert_eq!(parts("b.obj=d@e/c.exr"), of("b.obj", "d@e/c.exr", ""));
         assert!(
             ["", "b.toml", "=c.exr", "b.toml=", "b.toml=c.png", "b.toml@left"].iter().all(|bad| parts(bad).is_none())
+        );
+    }
+
+    #[test]
+    fn scenes_with_or_without_references() {
+        let parts = |text| {
+            let scene = clocked_scene(text).ok()?;
+            Some((scene.name(), scene.reference.map_or_else(String::new, |path| path.display().to_string())))
+        };
+        let of = |name: &str, reference: &str| Some((name.to_owned(), reference.to_owned()));
+        assert_eq!(parts("a/b.toml=c.exr"), of("a/b.toml", "c.exr"));
+        assert_eq!(parts("b.obj=d@e/c.EXR@left"), of("b.obj@left", "d@e/c.EXR"));
+        assert_eq!((parts("a/b.toml"), parts("d@e/b.OBJ@left")), (of("a/b.toml", ""), of("d@e/b.OBJ@left", "")));
+        assert_eq!(parts("d@e/b.obj"), of("d@e/b.obj", ""));
+        assert!(
+            ["", "b", "=c.exr", "b.toml=", "b.toml=c.png", "c.exr", "b@left"].iter().all(|bad| parts(bad).is_none())
         );
     }
 

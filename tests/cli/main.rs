@@ -6,6 +6,7 @@ mod support;
 mod ablation;
 mod arguments;
 mod black_pictures;
+mod clock;
 mod compare;
 mod convergence;
 mod diff;

@@ -1,6 +1,7 @@
 //! Options of `bench`.
 
 use super::ablate::AblateArgs;
+use super::clock::ClockArgs;
 use super::shared::{CpuArgs, DeviceArgs, RefinementArgs};
 use crate::cli::values;
 use crate::error::{Error, Result};
@@ -41,6 +42,8 @@ pub enum Study {
     Convergence(ConvergenceArgs),
     /// Measure the error of the light engine without each of its pieces against that with all of them
     Ablate(AblateArgs),
+    /// Measure what a user waits for: first pictures, errors by the wall clock, camera moves, where the time goes, memory
+    Clock(ClockArgs),
 }
 
 /// Options of `bench convergence`.

@@ -2,6 +2,7 @@
 
 pub mod ablate;
 pub mod bench;
+pub mod clock;
 mod compare;
 mod depth;
 mod diff;
@@ -39,6 +40,7 @@ Examples:
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
   penombre bench scene.toml
   penombre bench convergence scene.toml --reference ref.exr --plot errors.svg
+  penombre bench clock scene.toml=ref.exr --plot clock.svg
   penombre bench ablate scene.toml=ref.exr --pieces radiance-grid,checks
   penombre info
 
@@ -67,7 +69,7 @@ pub enum Command {
     Reference(ReferenceArgs),
     /// Measure how far an image is from a reference
     Diff(DiffArgs),
-    /// Measure speeds of rays, errors of the hemisphere methods, convergence
+    /// Measure speeds of rays, errors of the hemisphere methods, convergence, the user's clock
     Bench(BenchArgs),
     /// List the Vulkan devices, what each lacks, and the formats that would be used
     Info(InfoArgs),
