@@ -2,7 +2,7 @@
 
 use super::moves::Move;
 use super::renders::Timed;
-use super::{Found, Subject};
+use super::study::{Found, Subject};
 use crate::bench::Figure;
 use crate::bench::crossing::crossing;
 use crate::bench::plot::{Line, log_log};
@@ -171,7 +171,7 @@ impl Document {
     }
 
     /// Adds what was found in a scene; its runs name the device.
-    pub(super) fn add(&mut self, found: &Found, scene: SceneDocument) {
+    pub fn add(&mut self, found: &Found, scene: SceneDocument) {
         if let Some(run) = found.whole.last() {
             (self.device, self.driver) = (run.reported.device.clone(), run.reported.driver.clone());
         }
@@ -212,7 +212,7 @@ impl Document {
 impl SceneDocument {
     /// Figures over the runs on a scene.
     #[must_use]
-    pub(super) fn new(args: &ClockArgs, subject: &Subject, found: &Found) -> Self {
+    pub fn new(args: &ClockArgs, subject: &Subject, found: &Found) -> Self {
         let errors = subject.asked.reference.as_ref().zip(subject.reference_pixels.as_ref());
         Self {
             scene: subject.asked.name(),
