@@ -15,6 +15,7 @@ BENCH_SCENES ?= \
 BENCH_FLAGS ?=
 BENCH_PAGE ?= out/bench.md
 BENCH_PLOT ?= $(BENCH_PAGE:.md=.svg)
+REFERENCE_FLAGS = --filter point --size 256x192 --pixels 8000 --spp 2048 --seed 1
 # References among BENCH_SCENES that are made here.
 BENCH_REFERENCES = $(foreach word,$(subst =, ,$(BENCH_SCENES)),$(filter out/references/%.exr,$(firstword $(subst .exr@,.exr ,$(word)))))
 
@@ -32,6 +33,8 @@ bench: setup $(BENCH_REFERENCES)
 	@{ echo "# Results, $$(date '+%-d %B %Y')"; echo; \
 	   echo "**Build** $$(git describe --always --dirty)."; echo; \
 	   echo "    penombre bench clock $(strip $(BENCH_SCENES) $(BENCH_FLAGS))"; echo; \
+	   echo "References in out/references/ were made by"; echo; \
+	   echo "    penombre reference scenes/NAME/NAME.toml $(REFERENCE_FLAGS) -o out/references/NAME.exr"; echo; \
 	   $(CARGO) run --release --quiet -- bench clock $(BENCH_SCENES) $(if $(findstring .exr,$(BENCH_SCENES)),--plot $(BENCH_PLOT)) $(BENCH_FLAGS); \
 	 } >$(BENCH_PAGE).part || { status=$$?; rm -f $(BENCH_PAGE).part; exit $$status; }
 	@mv $(BENCH_PAGE).part $(BENCH_PAGE)
@@ -39,7 +42,7 @@ bench: setup $(BENCH_REFERENCES)
 
 out/references/%.exr:
 	@mkdir -p out/references
-	$(CARGO) run --release -- reference scenes/$*/$*.toml --filter point --size 256x192 --pixels 8000 --spp 2048 --seed 1 -o $@
+	$(CARGO) run --release -- reference scenes/$*/$*.toml $(REFERENCE_FLAGS) -o $@
 
 # The development profile: optimised, with debug assertions, overflow checks and the validation layer.
 test: setup-tests

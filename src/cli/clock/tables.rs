@@ -77,8 +77,8 @@ fn head(document: &Document) -> String {
     let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
     let load = |load: Option<f32>| or_dash(load.map(|load| format!("{load:.2}")));
     format!(
-        "**Machine** {} cores of {}, {} memory, {}; {device}, {driver}. **Load average** {} before, {} after.\n\
-         penombre {version}, {threads} threads, {runs} runs of seeds from {seed}: medians, ± how far the furthest run lies from them.\n\n",
+        "**Machine** {} cores of {}, {} memory, {}; {device}, {driver}.\n**Load average** {} before, {} after. \
+         penombre {version}, threads: {threads}, runs: {runs}, of seeds from {seed}: medians, ± how far the furthest run lies from them.\n\n",
         machine.cores,
         machine.processor.as_deref().unwrap_or("a processor without a name"),
         or_dash(machine.memory.map(|bytes| format!("{:.0} GiB", bytes as f64 / GIB))),
