@@ -30,8 +30,20 @@ impl Cache {
         self.indirect.previous.relight(&mut self.indirect.gathers, before, now);
     }
 
-    /// Brings the indirect light of slots and of all that depends on them up to date; returns every slot that was
+    /// Evaluates the indirect light of slots, and of all that depends on them, from what is known; returns every slot that was
     /// written.
+    pub fn evaluate_indirect(
+        &mut self,
+        slots: &[SlotId],
+        eye: Vec3,
+        specular: &mut SpecularTable,
+        evaluate: Evaluate<'_>,
+    ) -> Vec<SlotId> {
+        self.refresh(slots, (eye, specular), evaluate)
+    }
+
+    /// Brings the indirect light of slots that have gathered, and of all that depends on them, up to date; returns every
+    /// slot that was written.
     pub fn refresh_indirect(
         &mut self,
         slots: &[SlotId],
@@ -57,14 +69,14 @@ impl Cache {
     /// Brings the predictions of base vertices up to date, and all that depends on them; returns the slots written.
     pub fn refresh_predictions(
         &mut self,
-        base: &[VertexId],
+        base: impl Iterator<Item = VertexId>,
         eye: Vec3,
         specular: &mut SpecularTable,
         evaluate: Evaluate<'_>,
     ) -> Vec<SlotId> {
         self.indirect.stale = false;
         let is_predicted = |&slot: &SlotId| self.slots[slot].between.is_some() && !self.indirect.is_sampled(slot);
-        let slots = base.iter().flat_map(|&vertex| self.slots_of(vertex)).filter(is_predicted);
+        let slots = base.flat_map(|vertex| self.slots_of(vertex)).filter(is_predicted);
         let due: Vec<SlotId> = slots.collect();
         self.refresh(&due, (eye, specular), evaluate)
     }

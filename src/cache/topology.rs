@@ -161,6 +161,13 @@ impl Topology {
         parents.flat_map(|edge| self.beside(edge)).collect()
     }
 
+    /// Whether a node is a leaf beside one that is two levels finer, as it may be when its face is new.
+    #[must_use]
+    pub fn is_beside_much_finer(&self, node: NodeId) -> bool {
+        let halves = self.nodes[node].edges.iter().filter_map(|edge| self.edges[*edge].halves).flatten();
+        self.is_leaf(node) && halves.into_iter().any(|half| self.edges[half].midpoint.is_some())
+    }
+
     /// Splits a leaf whose edges' midpoints are set; `middles[i]` is the slot in the middle of edge i.
     pub fn split(&mut self, id: NodeId, middles: [SlotId; 3], vertex_of: impl Fn(SlotId) -> VertexId) -> Children {
         let Node { corners, edges, face, level, .. } = self.nodes[id];

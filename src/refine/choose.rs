@@ -22,6 +22,14 @@ const GATHER_RAYS_A_TASK: u64 = 128;
 /// A task whose key has fallen below this share of what it was queued with goes back into the queue.
 const STALE: f32 = 0.8;
 
+/// The leaf of a task that goes by its pixels.
+pub(super) const fn is_of_leaf(task: Task) -> Option<NodeId> {
+    match task {
+        Task::Split(id) | Task::SamplePixel(id) | Task::RefineIndirect(id) | Task::CheckPixels(id) => Some(id),
+        Task::FirstVisit(_) | Task::TraceDeferred(_) | Task::DoublePoints(_) | Task::Gather(_) => None,
+    }
+}
+
 impl Engine {
     /// Takes the tasks that pay most.
     pub(super) fn choose(&mut self) -> Work {
@@ -41,6 +49,9 @@ impl Engine {
                 continue;
             }
             let Some((task, queued)) = self.scheduler.pop() else { break };
+            if self.catch_up(task) {
+                continue;
+            }
             let Some(key) = self.current_key(task) else { continue };
             if key < queued * STALE {
                 self.scheduler.offer(task, key);
@@ -57,7 +68,7 @@ impl Engine {
             && self.checks.are_due(next, other, self.stats.rays)
         {
             let id = self.scheduler.pop_check()?;
-            if self.error_model().wants_check(id) {
+            if !self.catch_up(Task::CheckPixels(id)) && self.error_model().wants_check(id) {
                 self.checks.promise(self.view.leaves[id].pixels);
                 return Some(id);
             }

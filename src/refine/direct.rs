@@ -76,7 +76,7 @@ impl Engine {
     }
 
     /// Splits a leaf, coarser neighbours before it, and lists the first visits of its new vertices.
-    fn split(&mut self, id: NodeId, grown: &mut Grown) {
+    pub(super) fn split(&mut self, id: NodeId, grown: &mut Grown) {
         if !self.cache.topology.is_leaf(id) {
             return;
         }

@@ -16,7 +16,7 @@ use super::scheduler::Scheduler;
 use super::update::{DrawnPixels, EngineStats, Update};
 use super::view::ViewState;
 use super::workers::{Workers, thread_nanoseconds};
-use crate::cache::ids::VertexId;
+use crate::cache::ids::{NodeId, VertexId};
 use crate::cache::store::Cache;
 use crate::cache::weld::Weld;
 use crate::geom::bvh::Bvh;
@@ -84,6 +84,10 @@ pub struct Engine {
     pub(super) tolerance: f32,
     /// Vertices taken for enclosed by other geometry because no light was found there: only as long as the lights stay.
     pub(super) enclosed: Vec<VertexId>,
+    /// Roots of faces that came into view while vertices waited to be visited: nothing is queued of them yet.
+    pub(super) waiting: Vec<NodeId>,
+    /// Roots of faces that left the view and are still to be taken out of it.
+    pub(super) leaving: Vec<NodeId>,
     pub(super) stats: EngineStats,
     /// Clock of the engine's own thread when it was made, nanoseconds.
     born: u64,
@@ -115,6 +119,8 @@ impl Engine {
             publisher: Publisher::default(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),
             enclosed: Vec::new(),
+            waiting: Vec::new(),
+            leaving: Vec::new(),
             stats: EngineStats::default(),
             born: thread_nanoseconds(),
             scene,
@@ -129,9 +135,12 @@ impl Engine {
     pub fn step(&mut self, budget: Budget) -> Update {
         let (start, rays) = (Instant::now(), self.stats.rays);
         loop {
+            if self.is_complete() {
+                self.bring_some_up_to_date();
+            }
             let work = self.choose();
             if work.is_empty() {
-                if self.lower_tolerance() {
+                if self.bring_all_up_to_date() || self.lower_tolerance() {
                     continue;
                 }
                 break;
@@ -170,7 +179,7 @@ impl Engine {
     /// of the ladder of tolerances only.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.scheduler.is_empty() && self.tolerance <= self.options.tolerance
+        self.scheduler.is_empty() && self.tolerance <= self.options.tolerance && self.is_up_to_date()
     }
 
     /// Whether every visible vertex has been visited.
@@ -217,7 +226,7 @@ impl Engine {
     }
 
     /// The update with everything that changed since the last.
-    fn publish(&mut self) -> Update {
+    pub(super) fn publish(&mut self) -> Update {
         let (mut update, fresh) = self.publisher.redraw(&mut self.cache, &self.view);
         self.evaluate(&fresh);
         let slots = self.publisher.take_changed();
@@ -243,7 +252,7 @@ impl Engine {
         self.stats.unlit = self.scheduler.first_visits() as u64;
         self.stats.complete = self.is_complete();
         let error = self.image.relative(self.checks.miss_rate());
-        self.stats.estimated_error = error.filter(|_| self.stats.complete);
+        self.stats.estimated_error = error.filter(|_| self.stats.complete && self.view.faces.are_current());
         self.stats.converged = self.is_idle();
         self.stats
     }

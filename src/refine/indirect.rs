@@ -4,6 +4,7 @@
 use super::engine::Engine;
 use super::error_model::CHILD;
 use super::scheduler::Task;
+use super::view::IndirectLeafView;
 use super::work::{GatheredLight, Work};
 use crate::cache::gather::{self, GatherJob, Gathered};
 use crate::cache::ids::{NodeId, SlotId, VertexId};
@@ -63,48 +64,68 @@ impl Engine {
         self.refresh_predictions_in_time();
     }
 
-    /// Brings the indirect light of slots, and all that depends on it, up to date; it is then due to be sent.
+    /// Brings the indirect light of slots that have gathered, and all that depends on it, up to date; it is then due to
+    /// be sent.
     pub(super) fn refresh_indirect(&mut self, slots: &[SlotId]) {
-        let written = self.refresh_unseen(slots);
+        let workers = &self.workers;
+        let (eye, specular) = (self.view.eye, &mut self.view.specular);
+        let written = self.cache.refresh_indirect(slots, eye, specular, &|slots, light| workers.map(slots, light));
         self.publisher.note_changed(&written);
     }
 
-    /// The same of what need not be sent; returns the slots written.
+    /// Evaluates the indirect light of slots of which nothing new is known, for a new eye or since they are new; returns the
+    /// slots written, which are not due to be sent.
     pub(super) fn refresh_unseen(&mut self, slots: &[SlotId]) -> Vec<SlotId> {
         let workers = &self.workers;
         let (eye, specular) = (self.view.eye, &mut self.view.specular);
-        self.cache.refresh_indirect(slots, eye, specular, &|slots, light| workers.map(slots, light))
+        self.cache.evaluate_indirect(slots, eye, specular, &|slots, light| workers.map(slots, light))
     }
 
-    /// Counts the pixels of the visible leaves of the indirect layer and what the vertices' noise there costs, and
-    /// queues what they leave to do.
+    /// Surveys all faces in view, of which base vertices alone are predicted from then on.
     pub(super) fn survey_indirect(&mut self) {
         if !self.options.indirect {
             return;
         }
-        let base = self.corners_of_all(&self.view.roots);
-        let placed = self.predictions.place(&mut self.cache, base);
-        if self.cache.indirect.has_gathered() {
-            self.refresh_unseen(&placed);
-        }
-        let leaves = self.view.indirect_leaves(&self.cache);
-        let corners = self.corners_of_all(&leaves);
-        for &vertex in &corners {
-            self.view.vertices[vertex].importance = 0.0;
-        }
-        for &leaf in &leaves {
-            self.view.indirect[leaf].importance = 0.0;
-            self.view.indirect[leaf].pixels = self.view.pixels_below(&self.cache, leaf);
-        }
-        self.account_indirect(&leaves);
-        self.enqueue_refinements(&leaves);
-        self.predictions.spread_importance(&self.cache, &mut self.view);
-        self.enqueue_gathers(&corners);
-        self.gather_inside(&self.view.visible_leaves(&self.cache));
+        self.predictions.start_anew();
+        let roots: Vec<NodeId> = self.view.faces.roots().collect();
+        self.survey(&roots, &self.view.visible_leaves(&self.cache));
         if self.cache.predictions_are_stale() {
             self.refresh_predictions();
         }
         self.predictions.note_survey();
+    }
+
+    /// Counts the pixels of the indirect layer's leaves below roots, whose leaves are `drawn`, and what the vertices' noise there
+    /// costs, and queues what they leave to do.
+    pub(super) fn survey(&mut self, roots: &[NodeId], drawn: &[NodeId]) {
+        if !self.options.indirect {
+            return;
+        }
+        let base = self.corners_of_all(roots);
+        let placed = self.predictions.place(&mut self.cache, &base);
+        if self.cache.indirect.has_gathered() {
+            let written = self.refresh_unseen(&placed);
+            self.publisher.note_changed(&written);
+        }
+        let mut leaves = Vec::new();
+        roots.iter().for_each(|&root| self.cache.topology.indirect_leaves(root, &mut leaves));
+        for &leaf in &leaves {
+            self.view.indirect[leaf].pixels = self.view.pixels_below(&self.cache, leaf);
+        }
+        self.account_indirect(&leaves);
+        self.enqueue_refinements(&leaves);
+        if self.predictions.have_grown() {
+            self.predictions.spread_importance(&self.cache, &mut self.view);
+        }
+        self.enqueue_gathers(&self.corners_of_all(&leaves));
+        self.gather_inside(drawn);
+    }
+
+    /// Takes a leaf of the indirect layer out of the view.
+    pub(super) fn hide_indirect(&mut self, leaf: NodeId) {
+        self.set_importance(leaf, 0.0);
+        self.image.replace_indirect(&mut self.view.indirect[leaf].accounted, 0.0);
+        self.view.indirect[leaf] = IndirectLeafView::default();
     }
 
     /// Has pixel vertices gather where corners of their leaf are covered.

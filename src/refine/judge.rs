@@ -34,16 +34,12 @@ impl Engine {
         }
     }
 
-    /// The same after first visits; when the last is done, everything visible is queued.
+    /// The same after first visits; when the last is done, everything that waited for it is queued.
     fn judge_first_visits(&mut self, slots: &[SlotId]) {
         let nodes = self.nodes_around(slots);
         self.look_for_highlights(&nodes);
         self.account(&nodes);
-        if self.is_complete() {
-            let leaves = self.view.visible_leaves(&self.cache);
-            self.enqueue_leaves(&leaves);
-            self.survey_indirect();
-        }
+        self.queue_waiting();
     }
 
     /// Hands a split leaf's pixels, and what checks found there, over to its children.
@@ -179,6 +175,7 @@ impl Engine {
     /// Queues what there is to do after all: what was not worth it when it was last looked at may be, by what is
     /// known of the image now.
     pub(super) fn look_again(&mut self) {
+        self.bring_all_up_to_date();
         self.reopen_checks();
         self.refresh_waiting_predictions();
         let leaves = self.view.visible_leaves(&self.cache);

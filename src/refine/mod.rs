@@ -1,5 +1,7 @@
 //! The light engine: it owns the cache, decides what to trace next, and tells the GPU what changed.
 
+mod beside_finer;
+mod bring_up_to_date;
 mod choose;
 mod counts;
 mod direct;
@@ -28,5 +30,6 @@ pub mod thread;
 pub mod update;
 pub mod view;
 mod visible;
+mod visible_faces;
 mod work;
 pub mod workers;

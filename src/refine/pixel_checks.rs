@@ -179,7 +179,7 @@ impl ErrorModel<'_> {
             && node.children.is_none()
             && leaf.visible
             && (!leaf.checked || leaf.checks > 0)
-            && leaf.span.is_some_and(|span| !span.is_empty())
+            && self.view.span(id).is_some_and(|span| !span.is_empty())
             && leaf.pixels <= self.options.shadow_pixels.min(MOST_PIXELS)
             && self.settled(id).is_none()
             && node.corners.iter().all(|&slot| self.cache.slots[slot].direct.known)
@@ -196,7 +196,7 @@ pub fn check(
     rays: &mut u64,
 ) -> Found {
     let (mut found, mut is_open) = (Found::default(), false);
-    let Some((image, span)) = view.image.zip(view.leaves[node].span) else { return found };
+    let Some((image, span)) = view.image.zip(view.span(node)) else { return found };
     for pixel in view.lists.of(span) {
         let Mismatch { luminance, open, more } =
             visibility_probe::mismatch(context, cache, (node, pixel.weights()), turn, rays);

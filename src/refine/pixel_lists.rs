@@ -30,12 +30,17 @@ pub struct LeafPixel {
 pub struct Span {
     start: u32,
     len: u32,
+    /// Number of the image that it belongs to.
+    image: u32,
 }
 
 /// The pixels of a view that see any face, by face and leaf.
 #[derive(Debug, Default)]
 pub struct PixelLists {
+    /// Those of a face side by side; their weights hold from when the face is [weighed](Self::weigh).
     pixels: Vec<LeafPixel>,
+    /// Number of the image: spans of other images mean nothing.
+    image: u32,
     /// Pixels of a leaf that is being divided, with their children.
     divided: Vec<(LeafPixel, usize)>,
 }
@@ -82,16 +87,12 @@ impl Span {
 }
 
 impl PixelLists {
-    /// The pixels of faces in ascending order, with the span of each; `corners` are those of the face of that index,
-    /// in the order of its root.
-    pub fn new(image: &FaceImage, faces: &[FaceId], corners: impl Fn(usize) -> [Vec3; 3]) -> (Self, Vec<Span>) {
-        let mut spans = vec![Span::default(); faces.len()];
-        let mut index_of = vec![u32::MAX; faces.last().map_or(0, |face| face.0 as usize + 1)];
-        faces.iter().zip(0..).for_each(|(face, index)| index_of[face.0 as usize] = index);
-        let seen = |id: u32| {
-            let index = *index_of.get((id as usize).checked_sub(1)?)?;
-            (index != u32::MAX).then_some(index as usize)
-        };
+    /// Takes the pixels of an image in, in place of those of the one before, for `faces` faces, of which `index_of` tells
+    /// the index; returns the span of each.
+    pub fn list(&mut self, image: &FaceImage, faces: usize, index_of: impl Fn(FaceId) -> Option<usize>) -> Vec<Span> {
+        self.image += 1;
+        let mut spans = vec![Span { image: self.image, ..Span::default() }; faces];
+        let seen = |id: u32| index_of(FaceId(id.checked_sub(1)?));
         image.faces.iter().filter_map(|&id| seen(id)).for_each(|face| spans[face].len += 1);
         let mut start = 0;
         for span in &mut spans {
@@ -99,16 +100,36 @@ impl PixelLists {
             start += span.len;
         }
         let mut next: Vec<u32> = spans.iter().map(|span| span.start).collect();
-        let mut pixels = vec![LeafPixel::default(); start as usize];
+        self.pixels.clear();
+        self.pixels.resize(start as usize, LeafPixel::default());
         for (&id, pixel) in image.faces.iter().zip(0..) {
             let Some(face) = seen(id) else { continue };
-            let ray = image.view.direction(image.view.size.centre_of(pixel as usize));
-            // Seen edge-on, any point of the face will do.
-            let [a, b, _] = weights_on_ray(corners(face), image.view.eye, ray).unwrap_or([1.0 / 3.0; 3]);
-            pixels[next[face] as usize] = LeafPixel { pixel, weights: [a, b] };
+            self.pixels[next[face] as usize].pixel = pixel;
             next[face] += 1;
         }
-        (Self { pixels, divided: Vec::new() }, spans)
+        spans
+    }
+
+    /// Forgets the image.
+    pub fn clear(&mut self) {
+        self.image += 1;
+        self.pixels.clear();
+    }
+
+    /// Whether a span is one of the present image.
+    #[must_use]
+    pub const fn holds(&self, span: Span) -> bool {
+        span.image == self.image
+    }
+
+    /// Finds where on its face each pixel of a face's span lies.
+    pub fn weigh(&mut self, span: Span, view: &View, corners: [Vec3; 3]) {
+        for pixel in &mut self.pixels[span.range()] {
+            let ray = view.direction(view.size.centre_of(pixel.pixel as usize));
+            // Seen edge-on, any point of the face will do.
+            let [a, b, _] = weights_on_ray(corners, view.eye, ray).unwrap_or([1.0 / 3.0; 3]);
+            pixel.weights = [a, b];
+        }
     }
 
     /// The pixels of a span.
@@ -119,7 +140,7 @@ impl PixelLists {
 
     /// Sorts the pixels of a leaf among its children: at corners 0, 1, 2, and in the middle.
     pub fn divide(&mut self, span: Span) -> [Span; 4] {
-        let mut children = [Span::default(); 4];
+        let mut children = [Span { image: self.image, ..Span::default() }; 4];
         self.divided.clear();
         for pixel in &self.pixels[span.range()] {
             let (pixel, child) = pixel.in_child();
@@ -160,6 +181,14 @@ mod tests {
         FaceImage { view, faces: (0..view.size.pixels()).map(face).collect() }
     }
 
+    /// The pixels of faces, all with the same corners.
+    fn listed(image: &FaceImage, faces: &[FaceId]) -> (PixelLists, Vec<Span>) {
+        let mut lists = PixelLists::default();
+        let spans = lists.list(image, faces.len(), |id| faces.iter().position(|face| *face == id));
+        spans.iter().for_each(|&span| lists.weigh(span, &image.view, CORNERS));
+        (lists, spans)
+    }
+
     /// The corners of the children, in the order of `Topology::split`.
     fn children([a, b, c]: [Vec3; 3]) -> [[Vec3; 3]; 4] {
         let (ab, bc, ca) = ((a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5);
@@ -178,7 +207,7 @@ mod tests {
     #[test]
     fn a_face_has_the_pixels_of_its_id() {
         let image = image();
-        let (lists, spans) = PixelLists::new(&image, &[FaceId(1), FaceId(3), FaceId(7)], |_| CORNERS);
+        let (lists, spans) = listed(&image, &[FaceId(1), FaceId(3), FaceId(7)]);
         let expected: Vec<u32> =
             (0..).zip(image.faces.iter()).filter(|(_, id)| **id == 4).map(|(pixel, _)| pixel).collect();
         assert_eq!(spans.iter().map(|span| span.len()).collect::<Vec<_>>(), [0, expected.len() as u32, 0]);
@@ -187,9 +216,20 @@ mod tests {
     }
 
     #[test]
+    fn spans_of_another_image_mean_nothing() {
+        let image = image();
+        let (mut lists, before) = listed(&image, &[FaceId(3)]);
+        assert!(lists.holds(before[0]));
+        let now = lists.list(&image, 1, |id| (id == FaceId(3)).then_some(0));
+        assert_eq!([before[0], now[0]].map(|span| lists.holds(span)), [false, true]);
+        lists.clear();
+        assert!(!lists.holds(now[0]));
+    }
+
+    #[test]
     fn pixels_go_to_the_child_that_they_see() {
         let image = image();
-        let (mut lists, spans) = PixelLists::new(&image, &[FaceId(3)], |_| CORNERS);
+        let (mut lists, spans) = listed(&image, &[FaceId(3)]);
         let mut leaves = vec![(spans[0], CORNERS)];
         for _ in 0..4 {
             let divided =

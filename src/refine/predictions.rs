@@ -3,8 +3,9 @@
 
 use super::view::ViewState;
 use crate::cache::ids::{SlotId, VertexId};
+use crate::cache::pool::Table;
 use crate::cache::store::Cache;
-use rustc_hash::FxHashSet;
+use std::cmp::Reverse;
 
 /// Rays that are traced for each prediction brought up to date in the long run, and refreshes after which it is one more:
 /// oftener costs more than it tells (docs/notebook/pieces.md).
@@ -16,8 +17,13 @@ const COST: u64 = 2;
 /// Base vertices of a view and what they predict.
 #[derive(Debug, Default)]
 pub struct Predictions {
-    /// Visible base vertices and those that predict them, each after all that it may predict.
-    base: Vec<VertexId>,
+    /// Visible base vertices and those that predict them, each after all that it may predict, by falling rank. Those that
+    /// went out of view stay until all is surveyed anew.
+    base: Vec<Reverse<(u8, VertexId)>>,
+    /// Which vertices are among them.
+    is_base: Table<VertexId, bool>,
+    /// How many there were when importance was last spread.
+    spread_over: usize,
     /// Base vertices that predict others in this view.
     predicting: Vec<VertexId>,
     /// Rays traced when the predictions were last brought up to date.
@@ -27,41 +33,59 @@ pub struct Predictions {
 }
 
 impl Predictions {
-    /// Takes the base vertices of a view, and those that are not yet in the order of coarse levels into it; returns
+    /// Forgets which vertices are in view.
+    pub fn start_anew(&mut self) {
+        (self.base, self.is_base, self.spread_over) = (Vec::new(), Table::default(), 0);
+    }
+
+    /// Takes base vertices of a view in, and those that are not yet in the order of coarse levels into it; returns
     /// the slots of these.
-    pub fn place(&mut self, cache: &mut Cache, base: Vec<VertexId>) -> Vec<SlotId> {
+    pub fn place(&mut self, cache: &mut Cache, base: &[VertexId]) -> Vec<SlotId> {
         let mut slots = Vec::new();
-        self.base = base;
-        for &vertex in &self.base {
+        let is_new = |vertex: &VertexId| !std::mem::replace(&mut self.is_base[*vertex], true);
+        let mut added: Vec<VertexId> = base.iter().copied().filter(is_new).collect();
+        for &vertex in &added {
             if cache.slots_of(vertex).any(|slot| cache.slots[slot].is_unplaced()) {
                 cache.place_in_coarse_levels(vertex);
                 slots.extend(cache.slots_of(vertex));
             }
         }
-        self.add_ancestors(cache);
-        let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.map_or(0, |slot| cache.slots[slot].rank);
-        self.base.sort_by_cached_key(|&vertex| std::cmp::Reverse((rank(vertex), vertex)));
+        self.add_ancestors(cache, &mut added);
+        if !added.is_empty() {
+            let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.map_or(0, |slot| cache.slots[slot].rank);
+            self.base.extend(added.into_iter().map(|vertex| Reverse((rank(vertex), vertex))));
+            self.base.sort();
+        }
         slots
     }
 
     /// Adds the vertices out of view that predict those of the view, or predict what does.
-    fn add_ancestors(&mut self, cache: &Cache) {
-        let mut known: FxHashSet<VertexId> = self.base.iter().copied().collect();
+    fn add_ancestors(&mut self, cache: &Cache, added: &mut Vec<VertexId>) {
         let mut next = 0;
-        while let Some(&vertex) = self.base.get(next) {
+        while let Some(&vertex) = added.get(next) {
             let parents = cache.parents_of(vertex).map(|(slot, _)| cache.slots[slot].vertex);
-            self.base.extend(parents.filter(|&parent| known.insert(parent)));
+            added.extend(parents.filter(|&parent| !std::mem::replace(&mut self.is_base[parent], true)));
             next += 1;
         }
     }
 
+    /// Whether so many vertices have come into view that importance must be spread anew.
+    #[must_use]
+    pub const fn have_grown(&self) -> bool {
+        /// One in so many of them.
+        const MANY: usize = 8;
+        (self.base.len() - self.spread_over) * MANY > self.base.len()
+    }
+
     /// Adds up what rests on the vertices that predict others.
     pub fn spread_importance(&mut self, cache: &Cache, view: &mut ViewState) {
+        self.spread_over = self.base.len();
         for vertex in std::mem::take(&mut self.predicting) {
             view.vertices[vertex].importance_below = 0.0;
         }
         // Finest first: what rests on a vertex rests on those that predict it.
-        for &vertex in self.base.iter().filter(|&&vertex| cache.indirect.rays(vertex) == 0) {
+        let base = self.base.iter().map(|Reverse((_, vertex))| *vertex);
+        for vertex in base.filter(|&vertex| cache.indirect.rays(vertex) == 0) {
             let importance = view.vertices[vertex].importance + view.vertices[vertex].importance_below;
             for (slot, weight) in cache.parents_of(vertex) {
                 let parent = cache.slots[slot].vertex;
@@ -83,9 +107,8 @@ impl Predictions {
     }
 
     /// Base vertices of the view.
-    #[must_use]
-    pub fn base(&self) -> &[VertexId] {
-        &self.base
+    pub fn base(&self) -> impl Iterator<Item = VertexId> + '_ {
+        self.base.iter().map(|Reverse((_, vertex))| *vertex)
     }
 
     /// Notes that predictions are brought up to date after so many rays in all.
@@ -111,7 +134,7 @@ mod tests {
 
     #[test]
     fn predictions_come_more_seldom_the_more_are_known() {
-        let mut predictions = Predictions { base: vec![VertexId(0); 50], ..Predictions::default() };
+        let mut predictions = Predictions { base: vec![Reverse((0, VertexId(0))); 50], ..Predictions::default() };
         assert!(!predictions.are_due(99) && predictions.are_due(100));
         (0..40).for_each(|_| predictions.note_refresh(1000));
         assert!(!predictions.are_due(2599) && predictions.are_due(2600));

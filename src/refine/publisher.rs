@@ -14,6 +14,8 @@ pub struct Publisher {
     changed: Vec<SlotId>,
     /// Nodes whose triangles are no longer right.
     redraw: Vec<NodeId>,
+    /// Leaves drawn for the first time since the last update.
+    revealed: Vec<NodeId>,
     /// Number of the last update.
     sequence: u64,
     /// Triangles out of use, with the update that replaced them.
@@ -56,35 +58,35 @@ impl Publisher {
         drawn.into_iter().for_each(|drawn| *self.born.entry(drawn) = self.sequence + 1);
     }
 
-    /// Draws a leaf of a new view, anew if it is not drawn or `stale`.
-    pub fn draw_visible(&mut self, cache: &mut Cache, view: &ViewState, leaf: NodeId, stale: bool) {
-        if stale || cache.drawn.of_node(leaf).is_empty() {
-            self.retire(cache, leaf);
+    /// Draws a leaf of a face that came into view, if it never was.
+    pub fn draw_revealed(&mut self, cache: &mut Cache, view: &ViewState, leaf: NodeId) {
+        if cache.drawn.of_node(leaf).is_empty() {
             self.draw(cache, view, leaf);
+            self.revealed.push(leaf);
         }
     }
 
-    /// The update that shows everything visible anew.
-    pub fn full_update(&mut self, cache: &Cache, view: &ViewState, leaves: &[NodeId], slots: &[SlotId]) -> Update {
-        self.changed.clear();
-        self.sequence += 1;
-        let mut update = Update { generation: view.generation, sequence: self.sequence, ..Update::default() };
-        update.slots = values(cache, view, slots);
-        for &node in leaves {
+    /// Notes that a leaf that shows a pixel of another view must be drawn anew.
+    pub fn note_outdated(&mut self, cache: &Cache, leaf: NodeId) {
+        let is_flat = |&drawn: &DrawnId| cache.drawn.triangles[drawn].triangle.flat.is_some();
+        if cache.drawn.of_node(leaf).iter().any(is_flat) {
+            self.redraw.push(leaf);
+        }
+    }
+
+    /// Starts the next update: draws what was revealed, and replaces the triangles of nodes that were split or whose
+    /// edges changed, in view or not. Returns the
+    /// slots that they are drawn with and that have no direct light yet: looks at a midpoint that only a neighbour
+    /// had needed so far.
+    pub fn redraw(&mut self, cache: &mut Cache, view: &ViewState) -> (Update, Vec<SlotId>) {
+        let (mut update, mut fresh) = (Update::default(), Vec::new());
+        for node in std::mem::take(&mut self.revealed) {
             let start = update.patch_triangles.len() as u32;
             list(cache, &mut update, node);
             let end = update.patch_triangles.len() as u32;
             let face = cache.topology.nodes[node].face;
             update.patches.push(Patch { face, old: start..start, new: start..end });
         }
-        update
-    }
-
-    /// Starts the next update: replaces the triangles of nodes that were split or whose edges changed. Returns the
-    /// slots that they are drawn with and that have no direct light yet: looks at a midpoint that only a neighbour
-    /// had needed so far.
-    pub fn redraw(&mut self, cache: &mut Cache, view: &ViewState) -> (Update, Vec<SlotId>) {
-        let (mut update, mut fresh) = (Update::default(), Vec::new());
         let mut nodes = std::mem::take(&mut self.redraw);
         nodes.sort_unstable();
         nodes.dedup();
@@ -102,10 +104,8 @@ impl Publisher {
                 fresh.extend(drawn.flat_map(|&drawn| cache.drawn.triangles[drawn].triangle.all_slots()));
             }
             let end = update.patch_triangles.len() as u32;
-            if view.sees(node) {
-                let face = cache.topology.nodes[node].face;
-                update.patches.push(Patch { face, old: start..middle, new: middle..end });
-            }
+            let face = cache.topology.nodes[node].face;
+            update.patches.push(Patch { face, old: start..middle, new: middle..end });
         }
         fresh.retain(|&slot| !cache.slots[slot].direct.known);
         fresh.sort_unstable();
@@ -123,13 +123,13 @@ impl Publisher {
         slots
     }
 
-    /// Adds the values of slots, and patches of the triangles that these alone have changed.
+    /// Adds the values of slots, and patches of the triangles that these alone have changed, in view or not.
     pub fn add_values(&mut self, cache: &Cache, view: &ViewState, update: &mut Update, slots: &[SlotId]) {
         for drawn in slots.iter().flat_map(|&slot| cache.drawn.with_slot(slot)) {
             let node = cache.drawn.triangles[drawn].node;
             let is_new = self.born.get(drawn) == self.sequence;
             let is_listed = std::mem::replace(&mut self.listed[drawn], self.sequence) == self.sequence;
-            if view.sees(node) && !is_new && !is_listed {
+            if !is_new && !is_listed {
                 let i = update.patch_triangles.len() as u32;
                 update.patch_triangles.push(drawn);
                 let face = cache.topology.nodes[node].face;
@@ -180,10 +180,11 @@ mod tests {
     fn published() -> (Judged, Publisher, HostMesh) {
         let (mut square, mut publisher, mut mesh) = (judged(100.0), Publisher::default(), HostMesh::default());
         let leaves = square.leaves();
-        leaves.iter().for_each(|&leaf| publisher.draw_visible(&mut square.rooted.cache, &square.view, leaf, false));
+        leaves.iter().for_each(|&leaf| publisher.draw_revealed(&mut square.rooted.cache, &square.view, leaf));
         let slots: Vec<SlotId> = square.cache.slots.ids().collect();
-        let update = publisher.full_update(&square.cache, &square.view, &leaves, &slots);
-        mesh.apply(&update).expect("drawn first");
+        publisher.note_changed(&slots);
+        let first = next(&mut square, &mut publisher, &mut mesh);
+        assert_eq!((first.patches.len(), first.slots.len()), (2, slots.len()));
         (square, publisher, mesh)
     }
 

@@ -34,16 +34,30 @@ impl Engine {
             self.cache.relight_indirect(before, &now);
             let all: Vec<SlotId> = self.cache.slots.ids().collect();
             self.evaluate(&all);
-            self.refresh_unseen(&all);
+            self.refresh_indirect(&all);
             self.measure_surpluses();
             self.checks.forget();
             self.scheduler.drop_checks();
             self.view.leaves.iter_mut().for_each(LeafView::forget_checks);
+            self.start_over();
         }
         let mut update = self.set_visible(visible);
         self.stats.view_cpu_seconds = update.stats.cpu_seconds - spent;
         update.stats = self.stats;
         update
+    }
+
+    /// Queues everything in view anew.
+    fn start_over(&mut self) {
+        let first_visits = self.scheduler.take_first_visits(usize::MAX);
+        self.scheduler.clear();
+        self.scheduler.push_first_visits(first_visits.into_iter());
+        self.reset_tolerance();
+        let leaves = self.view.visible_leaves(&self.cache);
+        self.look_for_highlights(&leaves);
+        self.account(&leaves);
+        self.waiting = self.view.faces.roots().collect();
+        self.queue_waiting();
     }
 
     /// Square errors of interpolating indirect light grow with the square of the light, until they are measured again.

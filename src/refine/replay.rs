@@ -22,8 +22,6 @@ pub struct HostMesh {
     drawn_triangles: Vec<Option<Entry>>,
     /// Updates taken in.
     updates: usize,
-    /// Camera generation of the last of them.
-    generation: u32,
 }
 
 /// Writes an item by its index; `empty` stands where none was written.
@@ -36,17 +34,12 @@ fn put<T: Clone>(items: &mut Vec<T>, index: u32, value: T, empty: T) {
 }
 
 impl HostMesh {
-    /// Takes an update in: slots, then drawn triangles, then patches, in their order. The first of another camera
-    /// generation draws everything anew.
+    /// Takes an update in: slots, then drawn triangles, then patches, in their order.
     ///
     /// # Errors [`Error::Internal`] for an update that contradicts the mesh: what a patch replaces must be drawn,
     /// what it draws must be defined, on the patch's face, and not drawn.
     pub fn apply(&mut self, update: &Update) -> Result<()> {
         self.updates += 1;
-        if update.generation != self.generation {
-            self.generation = update.generation;
-            self.drawn_triangles.iter_mut().flatten().for_each(|entry| entry.drawn = false);
-        }
         update.slots.iter().for_each(|(id, slot)| put(&mut self.slots, id.0, Some(*slot), None));
         for (id, triangle) in &update.drawn_triangles {
             let known = self.entry(*id).map_or((false, 0), |e| (e.drawn, e.changed));
@@ -180,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn patches_replace_what_is_drawn_and_a_new_view_draws_all_anew() {
+    fn patches_replace_what_is_drawn_and_a_new_view_adds_to_it() {
         let mut mesh = HostMesh::default();
         mesh.apply(&update(1, &[0], &[], &[0])).expect("drawn first");
         mesh.apply(&update(1, &[1, 2], &[0], &[1, 2])).expect("split");
@@ -188,9 +181,9 @@ mod tests {
         assert!(mesh.changed_after(DrawnId(1), 1) && !mesh.changed_after(DrawnId(1), 2));
         mesh.apply(&update(1, &[], &[1], &[1])).expect("new values");
         assert!(mesh.changed_after(DrawnId(1), 2) && !mesh.changed_after(DrawnId(2), 2));
-        mesh.apply(&update(2, &[], &[], &[2])).expect("another view");
-        assert_eq!(drawn(&mesh), [2]);
-        assert_eq!(mesh.free_ids(), (SlotId(0), DrawnId(3)));
+        mesh.apply(&update(2, &[3], &[], &[3])).expect("another view");
+        assert_eq!(drawn(&mesh), [1, 2, 3]);
+        assert_eq!(mesh.free_ids(), (SlotId(0), DrawnId(4)));
     }
 
     #[test]

@@ -4,6 +4,7 @@ use super::error_model::ErrorModel;
 use super::options::{Options, Pieces, Priority};
 use super::reflectances::Reflectances;
 use super::view::ViewState;
+use super::visible_faces::VisibleFaces;
 use crate::cache::ids::{NodeId, SlotId};
 use crate::cache::testing::{Rooted, square};
 use crate::estimate::hemisphere::Method;
@@ -22,7 +23,8 @@ pub struct Judged {
 pub fn judged(pixels: f32) -> Judged {
     let rooted = square();
     let reflectances = Reflectances::new(&rooted.scene);
-    let view = ViewState { generation: 1, eye: Vec3::Y, roots: rooted.roots.clone(), ..ViewState::default() };
+    let faces = VisibleFaces::of_roots(&rooted.roots);
+    let view = ViewState { generation: 1, eye: Vec3::Y, faces, ..ViewState::default() };
     let mut judged = Judged { rooted, view, options: options(), reflectances };
     judged.roots.clone().into_iter().for_each(|root| judged.see(root, pixels));
     judged
@@ -65,7 +67,7 @@ impl Judged {
 
     /// Has the view show a leaf in so many pixels.
     pub fn see(&mut self, leaf: NodeId, pixels: f32) {
-        self.view.show(leaf, pixels, false);
+        self.view.show(leaf, None, pixels);
         self.view.indirect[leaf].pixels = pixels;
     }
 

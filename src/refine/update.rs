@@ -89,7 +89,7 @@ pub struct EngineStats {
     pub view_cpu_seconds: f64,
     /// Estimated relative error of the image; `None` while nothing can be said.
     pub estimated_error: Option<f32>,
-    /// Visible vertices of the scene itself and of what was split before.
+    /// Visible vertices that had no value when the view came.
     pub visible: u64,
     /// Those of them that have no value yet.
     pub unlit: u64,

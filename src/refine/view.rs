@@ -2,12 +2,12 @@
 //! by id beside the cache, which holds what is true in any view.
 
 use super::pixel_lists::{PixelLists, Span};
+use super::visible_faces::VisibleFaces;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::indirect::SpecularTable;
 use crate::cache::pool::Table;
 use crate::cache::store::Cache;
 use crate::cache::topology::Children;
-use crate::scene::FaceId;
 use crate::scene::camera::View;
 use glam::Vec3;
 
@@ -104,15 +104,14 @@ pub struct ViewState {
     pub image: Option<View>,
     /// The pixels of its leaves.
     pub lists: PixelLists,
-    /// Visible faces in ascending order, with their pixels.
-    pub faces: Vec<(FaceId, u32)>,
-    /// Roots of the visible faces.
-    pub roots: Vec<NodeId>,
+    /// The faces that it shows.
+    pub faces: VisibleFaces,
     /// Whether leaves cover the pixels that their spans hold.
     pub listed: bool,
-    /// By leaf of the hierarchy.
+    /// By leaf of the hierarchy; those of faces in view may have the pixels of an earlier view
+    /// ([`VisibleFaces::is_outdated`]), those of others have none.
     pub leaves: Table<NodeId, LeafView>,
-    /// By leaf of the indirect layer.
+    /// By leaf of the indirect layer, likewise.
     pub indirect: Table<NodeId, IndirectLeafView>,
     /// By vertex.
     pub vertices: Table<VertexId, VertexView>,
@@ -133,10 +132,16 @@ impl ViewState {
         self.leaves[leaf].checked
     }
 
+    /// The pixels of a leaf; `None` if they are not known of this view.
+    #[must_use]
+    pub fn span(&self, leaf: NodeId) -> Option<Span> {
+        self.leaves[leaf].span.filter(|span| self.lists.holds(*span))
+    }
+
     /// Direction from the eye through the centre of one of a leaf's pixels, any length, if it has few.
     #[must_use]
     pub fn ray(&self, leaf: NodeId) -> Option<Vec3> {
-        let span = self.leaves[leaf].span.filter(|span| (1..=FEW_PIXELS).contains(&span.len()))?;
+        let span = self.span(leaf).filter(|span| (1..=FEW_PIXELS).contains(&span.len()))?;
         let (view, pixel) = (self.image?, self.lists.of(span).first()?.pixel);
         Some(view.direction(view.size.centre_of(pixel as usize)))
     }
@@ -144,7 +149,7 @@ impl ViewState {
     /// Whether a leaf is known to show in exactly one pixel, and in which.
     #[must_use]
     pub fn is_one_pixel(&self, leaf: NodeId) -> bool {
-        self.leaves[leaf].pixels == 1.0 && self.leaves[leaf].span.is_some_and(|span| span.len() == 1)
+        self.leaves[leaf].pixels == 1.0 && self.span(leaf).is_some_and(|span| span.len() == 1)
     }
 
     /// The slot of the pixel vertex of a leaf, if that is what the leaf's one pixel shows.
@@ -154,19 +159,11 @@ impl ViewState {
         cache.topology.nodes[leaf].pixel_vertex.filter(|_| is_there)
     }
 
-    /// The roots' leaves.
+    /// The leaves of the faces in view.
     #[must_use]
     pub fn visible_leaves(&self, cache: &Cache) -> Vec<NodeId> {
         let mut leaves = Vec::new();
-        self.roots.iter().for_each(|&root| cache.topology.leaves(root, &mut leaves));
-        leaves
-    }
-
-    /// The roots' leaves of the indirect layer.
-    #[must_use]
-    pub fn indirect_leaves(&self, cache: &Cache) -> Vec<NodeId> {
-        let mut leaves = Vec::new();
-        self.roots.iter().for_each(|&root| cache.topology.indirect_leaves(root, &mut leaves));
+        self.faces.roots().for_each(|root| cache.topology.leaves(root, &mut leaves));
         leaves
     }
 
@@ -179,32 +176,35 @@ impl ViewState {
         }
     }
 
-    /// Takes a leaf into the view, with its share of the face's pixels, or with those that it is known to have; with
-    /// what is known already if the camera `stays`.
-    pub fn show(&mut self, id: NodeId, share: f32, stays: bool) {
-        if !stays {
-            let span = self.leaves[id].span;
-            self.set_pixels(id, span, share, share);
-        }
-        (self.leaves[id].visible, self.leaves[id].accounted) = (true, Accounted::default());
+    /// Takes a leaf into the view, with its share of the face's pixels, or with those that it is known to have. What was
+    /// found in its pixels of an earlier view is forgotten.
+    pub fn show(&mut self, id: NodeId, span: Option<Span>, share: f32) {
+        let accounted = self.leaves[id].accounted;
+        self.leaves[id] = LeafView { visible: true, accounted, ..LeafView::default() };
+        self.set_pixels(id, span, share, share);
     }
 
     /// Takes the leaves of a root into the view, which has so many pixels, and those of its span if that is known.
-    pub fn show_below(&mut self, cache: &Cache, id: NodeId, share: f32, leaves: &mut Vec<NodeId>) {
+    pub fn show_below(
+        &mut self,
+        cache: &Cache,
+        id: NodeId,
+        (span, share): (Option<Span>, f32),
+        leaves: &mut Vec<NodeId>,
+    ) {
         let Some(children) = cache.topology.nodes[id].children else {
-            self.show(id, share, false);
+            self.show(id, span, share);
             return leaves.push(id);
         };
-        let spans = self.divide(id);
+        let spans = span.map_or([None; 4], |span| self.lists.divide(span).map(Some));
         for (child, span) in children.all().into_iter().zip(spans) {
-            self.leaves[child].span = span;
-            self.show_below(cache, child, share * 0.25, leaves);
+            self.show_below(cache, child, (span, share * 0.25), leaves);
         }
     }
 
     /// Hands the pixels of a leaf that was split over to its children.
     pub fn hand_pixels_down(&mut self, parent: NodeId, children: Children) {
-        let spans = self.divide(parent);
+        let spans = self.span(parent).map_or([None; 4], |span| self.lists.divide(span).map(Some));
         let LeafView { pixels, share, visible, .. } = self.leaves[parent];
         for (child, span) in children.all().into_iter().zip(spans) {
             self.set_pixels(child, span, pixels * 0.25, share * 0.25);
@@ -218,20 +218,6 @@ impl ViewState {
         let leaf = &mut self.leaves[id];
         (leaf.span, leaf.pixels, leaf.share) = (span, listed.unwrap_or(pixels), share);
     }
-
-    /// Sorts the pixels of a node among its children.
-    fn divide(&mut self, id: NodeId) -> [Option<Span>; 4] {
-        self.leaves[id].span.map_or([None; 4], |span| self.lists.divide(span).map(Some))
-    }
-
-    /// Forgets what it made of its leaves and vertices: nothing is done for the pixels of another camera. What is
-    /// known of pixels stays if the camera `stays`.
-    pub fn forget(&mut self, stays: bool) {
-        (self.indirect, self.vertices) = (Table::default(), Table::default());
-        if !stays {
-            self.leaves = Table::default();
-        }
-    }
 }
 
 #[cfg(test)]
@@ -240,32 +226,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_view_that_is_left_makes_its_leaves_and_vertices_worth_nothing() {
+    fn a_leaf_that_is_shown_anew_forgets_what_its_pixels_showed() {
         let mut square = judged(100.0);
         let root = square.roots[0];
-        let vertex = square.cache.corner_vertices(root)[0];
-        square.view.vertices[vertex].importance = 3.0;
-        square.view.forget(true);
-        let found = (square.view.leaves[root].pixels, square.view.indirect[root].pixels);
-        assert_eq!((found, square.view.vertices[vertex].importance), ((100.0, 0.0), 0.0), "the camera stays");
-        square.view.forget(false);
-        assert_eq!((square.view.leaves[root].pixels, square.view.sees(root)), (0.0, false));
-    }
-
-    #[test]
-    fn counts_and_checks_stay_with_the_camera() {
-        let shown = |stays: bool| {
-            let mut square = judged(100.0);
-            let root = square.roots[0];
-            let leaf = &mut square.view.leaves[root];
-            (leaf.pixels, leaf.checked, leaf.sampled) = (7.0, true, true);
-            square.view.forget(stays);
-            square.view.show(root, 50.0, stays);
-            assert!(square.view.sees(root));
-            (square.view.leaves[root].pixels, square.view.is_checked(root))
-        };
-        assert_eq!(shown(true), (7.0, true));
-        assert_eq!(shown(false), (50.0, false));
+        let leaf = &mut square.view.leaves[root];
+        (leaf.checked, leaf.sampled, leaf.accounted.error) = (true, true, 3.0);
+        square.view.show(root, None, 50.0);
+        let leaf = square.view.leaves[root];
+        assert_eq!((leaf.pixels, leaf.visible, leaf.checked, leaf.sampled), (50.0, true, false, false));
+        assert_eq!(leaf.accounted.error, 3.0, "what the sums over the image hold is replaced, not lost");
     }
 
     #[test]
@@ -277,6 +246,5 @@ mod tests {
         children.iter().zip([1.0, 2.0, 4.0, 8.0]).for_each(|(&child, pixels)| square.see(child, pixels));
         assert_eq!(square.view.pixels_below(&square.rooted.cache, root), 15.0);
         assert_eq!(square.view.visible_leaves(&square.rooted.cache).len(), 5);
-        assert_eq!(square.view.indirect_leaves(&square.rooted.cache), square.roots, "not split there");
     }
 }

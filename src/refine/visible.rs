@@ -1,90 +1,136 @@
-//! A new view: what became visible is created, the specular luminance is evaluated anew without a ray, and everything
-//! visible is published with the values known so far.
+//! A new view. What was never in view before is created, drawn, and queued to be visited; S is evaluated for the eye. All else
+//! is brought up to date a little at a time ([`super::bring_up_to_date`]).
 
 use super::engine::{Engine, Visible};
-use super::image_error::ImageError;
-use super::pixel_lists::PixelLists;
 use super::update::Update;
-use crate::cache::ids::{DrawnId, NodeId, SlotId, VertexId};
-use crate::scene::FaceId;
-use rustc_hash::FxHashSet;
+use super::view::{LeafView, VertexView};
+use super::visible_faces::{FaceChanges, VisibleFace};
+use crate::cache::ids::{NodeId, SlotId, VertexId};
+use crate::scene::material::Material;
+
+/// Share of the pixels whose faces came into view from which a view counts as another place: what was learnt of how
+/// far to go belongs to the one before.
+const ELSEWHERE: f64 = 0.5;
 
 impl Engine {
-    /// Takes a new view; the returned update shows all of it.
+    /// Takes a new view; the returned update shows what came into it, and the specular luminance for its eye. What was
+    /// drawn before stays drawn, in view or not.
     pub fn set_visible(&mut self, visible: &Visible) -> Update {
-        let view = &self.view;
+        self.view.generation = visible.generation;
         let image = visible.image.as_ref().map(|image| image.view);
-        let stays = view.eye == visible.eye && view.image == image && view.faces == visible.faces;
+        let stays = self.view.eye == visible.eye && self.view.image == image && self.view.faces.are(&visible.faces);
         if !stays {
-            self.checks.forget();
+            self.move_to(visible);
         }
-        self.view.forget(stays);
-        (self.view.generation, self.view.eye, self.view.image) = (visible.generation, visible.eye, image);
-        self.view.began = self.stats.rays;
-        self.view.faces.clone_from(&visible.faces);
-        self.view.roots =
-            visible.faces.iter().map(|&(face, _)| self.cache.root(&self.scene, &self.weld, face)).collect();
-        if !stays {
-            self.list_pixels(visible);
+        self.publish()
+    }
+
+    fn move_to(&mut self, visible: &Visible) {
+        self.checks.forget();
+        let turns = self.view.eye == visible.eye;
+        (self.view.eye, self.view.image) = (visible.eye, visible.image.as_ref().map(|image| image.view));
+        let (cache, scene, weld) = (&mut self.cache, &self.scene, &self.weld);
+        let FaceChanges { hidden, mut revealed } =
+            self.view.faces.replace(&visible.faces, |face| cache.root(scene, weld, face));
+        self.list_pixels(visible);
+        self.leaving.extend(hidden);
+        if self.view.faces.share_of(&revealed) > ELSEWHERE {
+            self.view.began = self.stats.rays;
+            self.reset_tolerance();
+            self.hide_leaving(usize::MAX);
+        } else {
+            revealed.retain(|&index| self.is_new(self.view.faces.all()[index].root));
         }
-        let leaves = self.draw_visible_leaves(&visible.faces, stays);
-        self.scheduler.clear();
-        self.reset_tolerance();
-        self.image = ImageError::default();
-        let slots = self.drawn_slots(&leaves);
-        self.enqueue_first_visits(&leaves, &slots);
-        // D stays where the eye moves.
+        let slots = self.reveal(&revealed, turns);
+        if !turns {
+            self.evaluate_glossy();
+        }
+        self.queue_first_visits(&slots);
+        self.queue_waiting();
+    }
+
+    /// Whether a face was never drawn, or has corners that were never visited.
+    fn is_new(&self, root: NodeId) -> bool {
+        let is_visited = |vertex: &VertexId| self.cache.vertices[*vertex].progress.visited;
+        let is_drawn = !self.cache.topology.is_leaf(root) || !self.cache.drawn.of_node(root).is_empty();
+        !is_drawn || !self.cache.corner_vertices(root).iter().all(is_visited)
+    }
+
+    /// Draws faces that came into view, with what is known of their light already; returns the slots that they are drawn with.
+    fn reveal(&mut self, indices: &[usize], turns: bool) -> Vec<SlotId> {
+        let roots: Vec<NodeId> = indices.iter().map(|&index| self.view.faces.all()[index].root).collect();
+        let midpoints = self.split_beside_finer(&roots);
+        let leaves = self.give_pixels(indices);
+        for &leaf in &leaves {
+            self.publisher.draw_revealed(&mut self.cache, &self.view, leaf);
+        }
+        let mut slots = self.drawn_slots(&leaves);
+        slots.extend(midpoints);
+        slots.sort_unstable();
+        slots.dedup();
+        self.place_revealed(&slots);
+        // S of those known is for another eye; a move evaluates all that is glossy.
         let is_due = |&slot: &SlotId| {
             let record = &self.cache.slots[slot];
-            !record.direct.known || record.shininess.is_some()
+            !record.direct.known || (turns && record.shininess.is_some())
         };
         let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
         self.evaluate(&due);
         self.refresh_unseen(&slots);
+        self.publisher.note_changed(&slots);
         self.look_for_highlights(&leaves);
         self.account(&leaves);
-        if self.is_complete() {
-            self.enqueue_leaves(&leaves);
-            self.survey_indirect();
-        }
-        let mut update = self.publisher.full_update(&self.cache, &self.view, &leaves, &slots);
-        update.stats = self.current_stats();
-        update
+        self.waiting.extend(roots);
+        slots
     }
 
-    /// Sorts the pixels of the image by face, for the roots of the visible faces.
+    /// Takes faces that left the view out of it: a number of them, those that left first.
+    pub(super) fn hide_leaving(&mut self, most: usize) {
+        let roots: Vec<NodeId> = self.leaving.drain(..most.min(self.leaving.len())).collect();
+        self.hide(&roots);
+    }
+
+    /// Takes the leaves of faces out of the view, with what they add to the image's error, but for those that have come back.
+    pub(super) fn hide(&mut self, roots: &[NodeId]) {
+        let (mut leaves, mut indirect) = (Vec::new(), Vec::new());
+        for &root in roots.iter().filter(|&&root| !self.is_face_in_view(root)) {
+            self.cache.topology.leaves(root, &mut leaves);
+            self.cache.topology.indirect_leaves(root, &mut indirect);
+        }
+        for leaf in leaves {
+            self.image.replace(&mut self.view.leaves[leaf].accounted, None);
+            self.view.leaves[leaf] = LeafView::default();
+            self.forget_inside(leaf);
+        }
+        indirect.into_iter().for_each(|leaf| self.hide_indirect(leaf));
+    }
+
+    /// Whether the face of a node is in view.
+    pub(super) fn is_face_in_view(&self, node: NodeId) -> bool {
+        self.view.faces.index_of(self.cache.topology.nodes[node].face).is_some()
+    }
+
+    /// Makes the vertex inside a leaf worth nothing: it lies where another view saw it.
+    pub(super) fn forget_inside(&mut self, leaf: NodeId) {
+        if let Some(slot) = self.cache.topology.nodes[leaf].pixel_vertex {
+            self.view.vertices[self.cache.slots[slot].vertex] = VertexView::default();
+        }
+    }
+
+    /// Lists the pixels of the image by face.
     fn list_pixels(&mut self, visible: &Visible) {
-        let Some(image) = &visible.image else { return self.view.lists = PixelLists::default() };
-        let faces: Vec<FaceId> = visible.faces.iter().map(|(face, _)| *face).collect();
-        let corners = |index: usize| self.cache.corner_positions(self.view.roots[index]);
-        let (lists, spans) = PixelLists::new(image, &faces, corners);
-        self.view.lists = lists;
-        for (&root, span) in self.view.roots.iter().zip(spans) {
+        let view = &mut self.view;
+        match &visible.image {
             // Empty for faces that only redraws with sub-pixel offsets see: their vertices are visited, not refined.
-            self.view.leaves[root].span = Some(span);
-        }
-    }
-
-    /// The leaves of the visible faces, drawn and with their pixels, which they have already if the camera `stays`.
-    fn draw_visible_leaves(&mut self, faces: &[(FaceId, u32)], stays: bool) -> Vec<NodeId> {
-        let mut all = Vec::new();
-        if stays {
-            all = self.view.visible_leaves(&self.cache);
-            all.iter().for_each(|&leaf| self.view.show(leaf, 0.0, true));
-        } else {
-            for (i, &(_, pixels)) in faces.iter().enumerate() {
-                self.view.show_below(&self.cache, self.view.roots[i], pixels as f32, &mut all);
+            Some(image) => {
+                let spans = view.lists.list(image, visible.faces.len(), |face| view.faces.index_of(face));
+                view.faces.set_spans(spans);
             }
+            None => view.lists.clear(),
         }
-        for &leaf in &all {
-            let is_flat = |&drawn: &DrawnId| self.cache.drawn.triangles[drawn].triangle.flat.is_some();
-            let is_stale = !stays && self.cache.drawn.of_node(leaf).iter().any(is_flat);
-            self.publisher.draw_visible(&mut self.cache, &self.view, leaf, is_stale);
-        }
-        all
     }
 
-    /// Slots that the visible leaves are drawn with.
+    /// Slots that leaves are drawn with.
     fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
         let drawn = leaves.iter().flat_map(|&leaf| self.cache.drawn.of_node(leaf));
         let slots = drawn.flat_map(|&drawn| self.cache.drawn.triangles[drawn].triangle.all_slots());
@@ -94,22 +140,65 @@ impl Engine {
         slots
     }
 
-    /// Queues the visible vertices that were never visited, largest on screen first.
-    fn enqueue_first_visits(&mut self, leaves: &[NodeId], slots: &[SlotId]) {
-        let vertices: FxHashSet<VertexId> = slots.iter().map(|&slot| self.cache.slots[slot].vertex).collect();
-        self.stats.visible = vertices.len() as u64;
-        vertices.iter().for_each(|&vertex| self.view.vertices[vertex].pixels = 0.0);
-        for &leaf in leaves {
-            let share = self.view.leaves[leaf].pixels / 3.0;
-            let corners = self.cache.corner_vertices(leaf);
-            corners.into_iter().for_each(|vertex| self.view.vertices[vertex].pixels += share);
+    /// Has coarser vertices predict those of slots, so that they show something before they have gathered.
+    fn place_revealed(&mut self, slots: &[SlotId]) {
+        if self.options.indirect && self.cache.indirect.has_gathered() {
+            let record = |&slot: &SlotId| &self.cache.slots[slot];
+            let base = slots.iter().map(record).filter(|record| record.is_base());
+            let mut vertices: Vec<VertexId> = base.map(|record| record.vertex).collect();
+            vertices.sort_unstable();
+            vertices.dedup();
+            self.predictions.place(&mut self.cache, &vertices);
         }
-        let is_new = |&vertex: &VertexId| !self.cache.vertices[vertex].progress.visited;
-        let mut order: Vec<VertexId> = vertices.into_iter().filter(is_new).collect();
-        let pixels = |&vertex: &VertexId| self.view.vertices[vertex].pixels;
+    }
+
+    /// Evaluates S for the eye, at the glossy slots of the faces that stay in view and show it. No ray is traced.
+    fn evaluate_glossy(&mut self) {
+        if !self.scene.materials.iter().any(Material::is_glossy) {
+            return;
+        }
+        let mut leaves = Vec::new();
+        let is_glossy = |face: &&VisibleFace| self.scene.material(face.face.triangle()).is_glossy();
+        let glossy = self.view.faces.all().iter().filter(is_glossy);
+        glossy.for_each(|face| self.cache.topology.leaves(face.root, &mut leaves));
+        let mut slots = self.drawn_slots(&leaves);
+        slots.retain(|&slot| self.cache.slots[slot].shininess.is_some());
+        self.evaluate(&slots);
+        self.refresh_unseen(&slots);
+    }
+
+    /// Queues the vertices of slots that were never visited, largest on screen first, with those in view that waited
+    /// for that before.
+    pub(super) fn queue_first_visits(&mut self, slots: &[SlotId]) {
+        let waiting =
+            self.scheduler.take_first_visits(usize::MAX).into_iter().filter(|&vertex| self.is_in_view(vertex));
+        let mut vertices: Vec<VertexId> = slots.iter().map(|&slot| self.cache.slots[slot].vertex).collect();
+        vertices.extend(waiting);
+        vertices.sort_unstable();
+        vertices.dedup();
+        vertices.retain(|&vertex| !self.cache.vertices[vertex].progress.visited);
+        let pixels = self.workers.map(&vertices, |vertex| self.pixels_around(vertex));
         // Among equals in no order of place: what the first find of the lights is to speak for the rest.
-        let key = |&vertex: &VertexId| self.cache.vertices[vertex].key;
-        order.sort_by(|a, b| pixels(b).total_cmp(&pixels(a)).then(key(a).cmp(&key(b))));
-        self.scheduler.push_first_visits(order.into_iter());
+        let key = |vertex: VertexId| self.cache.vertices[vertex].key;
+        let mut order: Vec<(f32, u64, VertexId)> =
+            vertices.into_iter().zip(pixels).map(|(vertex, pixels)| (pixels, key(vertex), vertex)).collect();
+        order.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        self.stats.visible = order.len() as u64;
+        self.scheduler.push_first_visits(order.into_iter().map(|(.., vertex)| vertex));
+    }
+
+    /// Leaves that are drawn with a vertex.
+    fn leaves_of(&self, vertex: VertexId) -> impl Iterator<Item = NodeId> + '_ {
+        let drawn = self.cache.slots_of(vertex).flat_map(|slot| self.cache.drawn.with_slot(slot));
+        drawn.map(|drawn| self.cache.drawn.triangles[drawn].node)
+    }
+
+    fn is_in_view(&self, vertex: VertexId) -> bool {
+        self.leaves_of(vertex).any(|leaf| self.view.sees(leaf))
+    }
+
+    /// Pixels of the leaves that are drawn with a vertex.
+    fn pixels_around(&self, vertex: VertexId) -> f32 {
+        self.leaves_of(vertex).map(|leaf| self.view.leaves[leaf].pixels).sum()
     }
 }

@@ -250,16 +250,16 @@ impl Session {
         }
     }
 
-    /// The updates of a new view, the first of which shows all of it; what is left of the view before is void. The first view
-    /// waits until there is an engine; none comes if the observer breaks that off.
+    /// What is left of the view before, and the first update of a new one, which shows what came into it. The first view waits
+    /// until there is an engine; none comes if the observer breaks that off.
     fn view_arrives(&mut self, observer: &mut dyn Observer) -> Result<Vec<Update>> {
         let start = Instant::now();
+        let mut updates: Vec<Update> = Vec::new();
         loop {
-            let mut updates: Vec<Update> = self.engine.wait_for(TICK).into_iter().collect();
+            updates.extend(self.engine.wait_for(TICK));
             updates.extend(self.engine.arrived()?);
-            updates.retain(|update| update.generation == self.wanted);
             let broken_off = observer.interrupted() && self.generation.is_none();
-            if !updates.is_empty() || broken_off {
+            if updates.last().is_some_and(|update| update.generation == self.wanted) || broken_off {
                 return Ok(updates);
             }
             if self.generation.is_none() {
@@ -298,7 +298,6 @@ impl Session {
         for update in updates {
             if self.generation != Some(update.generation) {
                 self.generation = Some(update.generation);
-                self.renderer.reset_drawn();
                 moved = true;
             }
             self.stats = update.stats;
