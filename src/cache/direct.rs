@@ -200,9 +200,8 @@ fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
         let known = layer.get(cache.slots[slot].vertex);
         if known.is_partial() { known.points / 2 } else { 0 }
     };
-    let between =
-        cache.slots_of(id).filter_map(|slot| cache.slots[slot].between.as_ref()).filter(|between| !between.coarse);
-    between.flat_map(|between| &between.of).map(|&(slot, _)| points(slot)).max().unwrap_or(0)
+    let between = cache.slots_of(id).filter_map(|slot| cache.between(slot)).filter(|between| !between.coarse);
+    between.flat_map(|between| between.of).map(|&(slot, _)| points(slot)).max().unwrap_or(0)
 }
 
 /// A light that nothing but a ray can settle at a vertex.

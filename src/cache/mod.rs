@@ -1,5 +1,7 @@
 //! The light cache: what is true of the light in a scene whatever is looked at.
 
+pub mod between;
+pub mod bytes;
 pub mod coarse_grids;
 pub mod coarse_levels;
 pub mod direct;

@@ -5,6 +5,7 @@
 //! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes
 //! within a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
 
+use super::pool::map_bytes;
 use crate::math::nearest_axis;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
@@ -129,7 +130,7 @@ impl RadianceGrid {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.cells.capacity() * size_of::<(u64, Cell)>()
+        map_bytes(&self.cells)
     }
 }
 

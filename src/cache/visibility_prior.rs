@@ -4,6 +4,7 @@
 //! Most of a hundred lamps hang behind something. Where twenty vertices found a lamp hidden, the next need not ask.
 //! Counts by cell, side and light give the odds, those of a larger cell as the prior of the smaller one's.
 
+use super::pool::map_bytes;
 use super::vertex::Vertex;
 use crate::math::nearest_axis;
 use glam::IVec3;
@@ -87,7 +88,7 @@ impl VisibilityPrior {
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        self.cells.capacity() * size_of::<(Key, u32)>() + self.counts.capacity() * size_of::<Count>()
+        map_bytes(&self.cells) + self.counts.capacity() * size_of::<Count>()
     }
 
     fn index(&self, cell: u32, light: u32) -> usize {

@@ -39,7 +39,7 @@ impl Predictions {
             }
         }
         self.add_ancestors(cache);
-        let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.map_or(0, |slot| cache.slots[slot].rank);
+        let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.get().map_or(0, |slot| cache.slots[slot].rank);
         self.base.sort_by_cached_key(|&vertex| std::cmp::Reverse((rank(vertex), vertex)));
         slots
     }

@@ -2,6 +2,7 @@
 
 use super::update::{Patch, Slot, Update};
 use super::view::ViewState;
+use crate::cache::drawn_mesh::OfNode;
 use crate::cache::ids::{DrawnId, NodeId, SlotId};
 use crate::cache::pool::{Sparse, Table};
 use crate::cache::store::Cache;
@@ -32,7 +33,7 @@ impl Publisher {
 
     /// Notes that a node's triangles must be drawn anew; a node that never was drawn is part of one that was.
     pub fn note_redraw(&mut self, cache: &Cache, node: NodeId) {
-        if !cache.drawn.of_node(node).is_empty() {
+        if cache.drawn.is_drawn(node) {
             self.redraw.push(node);
         }
     }
@@ -44,7 +45,7 @@ impl Publisher {
     }
 
     /// Takes the triangles of a node out of use: the update in the making replaces them.
-    fn retire(&mut self, cache: &mut Cache, node: NodeId) -> Vec<DrawnId> {
+    fn retire(&mut self, cache: &mut Cache, node: NodeId) -> OfNode {
         let old = cache.drawn.retire(node);
         self.retired.extend(old.iter().map(|&drawn| (self.sequence + 1, drawn)));
         old
@@ -58,7 +59,7 @@ impl Publisher {
 
     /// Draws a leaf of a new view, anew if it is not drawn or `stale`.
     pub fn draw_visible(&mut self, cache: &mut Cache, view: &ViewState, leaf: NodeId, stale: bool) {
-        if stale || cache.drawn.of_node(leaf).is_empty() {
+        if stale || !cache.drawn.is_drawn(leaf) {
             self.retire(cache, leaf);
             self.draw(cache, view, leaf);
         }
@@ -98,8 +99,8 @@ impl Publisher {
             for leaf in leaves {
                 self.draw(cache, view, leaf);
                 list(cache, &mut update, leaf);
-                let drawn = cache.drawn.of_node(leaf).iter();
-                fresh.extend(drawn.flat_map(|&drawn| cache.drawn.triangles[drawn].triangle.all_slots()));
+                let drawn = cache.drawn.of_node(leaf).into_iter();
+                fresh.extend(drawn.flat_map(|drawn| cache.drawn.triangles[drawn].all_slots()));
             }
             let end = update.patch_triangles.len() as u32;
             if view.sees(node) {
@@ -152,8 +153,8 @@ impl Publisher {
 
 /// Lists a leaf's triangles with their definitions.
 fn list(cache: &Cache, update: &mut Update, node: NodeId) {
-    for &drawn in cache.drawn.of_node(node) {
-        update.drawn_triangles.push((drawn, cache.drawn.triangles[drawn].triangle));
+    for drawn in cache.drawn.of_node(node) {
+        update.drawn_triangles.push((drawn, cache.drawn_triangle(drawn)));
         update.patch_triangles.push(drawn);
     }
 }

@@ -151,7 +151,7 @@ impl ViewState {
     #[must_use]
     pub fn pixel_slot(&self, cache: &Cache, leaf: NodeId) -> Option<SlotId> {
         let is_there = self.leaves[leaf].sampled && self.is_one_pixel(leaf);
-        cache.topology.nodes[leaf].pixel_vertex.filter(|_| is_there)
+        cache.topology.nodes[leaf].pixel_vertex.get().filter(|_| is_there)
     }
 
     /// The roots' leaves.
@@ -173,7 +173,7 @@ impl ViewState {
     /// Pixels of the leaves of a node.
     #[must_use]
     pub fn pixels_below(&self, cache: &Cache, id: NodeId) -> f32 {
-        match cache.topology.nodes[id].children {
+        match cache.topology.nodes[id].children() {
             None => self.leaves[id].pixels,
             Some(children) => children.all().into_iter().map(|child| self.pixels_below(cache, child)).sum(),
         }
@@ -191,7 +191,7 @@ impl ViewState {
 
     /// Takes the leaves of a root into the view, which has so many pixels, and those of its span if that is known.
     pub fn show_below(&mut self, cache: &Cache, id: NodeId, share: f32, leaves: &mut Vec<NodeId>) {
-        let Some(children) = cache.topology.nodes[id].children else {
+        let Some(children) = cache.topology.nodes[id].children() else {
             self.show(id, share, false);
             return leaves.push(id);
         };

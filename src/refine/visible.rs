@@ -36,7 +36,7 @@ impl Engine {
         // D stays where the eye moves.
         let is_due = |&slot: &SlotId| {
             let record = &self.cache.slots[slot];
-            !record.direct.known || record.shininess.is_some()
+            !record.direct.known || record.shininess().is_some()
         };
         let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
         self.evaluate(&due);
@@ -77,7 +77,7 @@ impl Engine {
             }
         }
         for &leaf in &all {
-            let is_flat = |&drawn: &DrawnId| self.cache.drawn.triangles[drawn].triangle.flat.is_some();
+            let is_flat = |&drawn: &DrawnId| self.cache.drawn.triangles[drawn].flat.get().is_some();
             let is_stale = !stays && self.cache.drawn.of_node(leaf).iter().any(is_flat);
             self.publisher.draw_visible(&mut self.cache, &self.view, leaf, is_stale);
         }
@@ -87,7 +87,7 @@ impl Engine {
     /// Slots that the visible leaves are drawn with.
     fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
         let drawn = leaves.iter().flat_map(|&leaf| self.cache.drawn.of_node(leaf));
-        let slots = drawn.flat_map(|&drawn| self.cache.drawn.triangles[drawn].triangle.all_slots());
+        let slots = drawn.flat_map(|drawn| self.cache.drawn.triangles[drawn].all_slots());
         let mut slots: Vec<SlotId> = slots.collect();
         slots.sort_unstable();
         slots.dedup();
