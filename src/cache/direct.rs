@@ -420,7 +420,7 @@ pub fn apply(cache: &mut Cache, results: &Results) {
         sums = rest;
         note_rounds(cache, result, before, own);
         let layer = &mut cache.layers[result.light as usize];
-        *layer.visibility.entry(result.vertex) = result.visibility;
+        layer.visibility.set(result.vertex, result.visibility);
         cache.vertices[result.vertex].progress.traced |= result.visibility.origin == Origin::Sampled;
         for &(slot, sum) in own {
             let entry = layer.sums.entry(slot);

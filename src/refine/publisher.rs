@@ -4,7 +4,8 @@ use super::update::{Patch, Slot, Update};
 use super::view::ViewState;
 use crate::cache::drawn_mesh::OfNode;
 use crate::cache::ids::{DrawnId, NodeId, SlotId};
-use crate::cache::pool::{Sparse, Table};
+use crate::cache::pool::Table;
+use crate::cache::sparse::Sparse;
 use crate::cache::store::Cache;
 use std::collections::VecDeque;
 
