@@ -96,4 +96,6 @@ ids! {
     UseId,
     /// One of the slots that another lies between: `slot * 8 + place`.
     BetweenId,
+    /// What a cell has found of a light: `cell * lights + light`.
+    CountId,
 }

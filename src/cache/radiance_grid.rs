@@ -108,13 +108,12 @@ impl RadianceGrid {
     /// Takes in what paths found.
     pub fn add(&mut self, deposits: &[Deposit]) {
         for deposit in deposits {
-            for up in 0..DEPTH {
+            for up in (0..DEPTH).rev() {
                 let (key, is_full) = (deposit.key.packed(up), self.cells.len() >= MOST_CELLS);
                 let cell = if is_full { self.cells.get_mut(&key) } else { Some(self.cells.entry(key).or_default()) };
-                if let Some(cell) = cell {
-                    cell.sum += deposit.radiance;
-                    cell.paths += 1;
-                }
+                let Some(cell) = cell else { continue };
+                cell.sum += deposit.radiance;
+                cell.paths += 1;
             }
         }
     }

@@ -69,10 +69,10 @@ impl Cache {
 
     /// Splits a leaf, whose neighbours must not be coarser than it.
     pub fn split(&mut self, id: NodeId) -> Split {
-        let edges = self.topology.nodes[id].edges;
-        for edge in edges {
+        let (edges, corners) = (self.topology.nodes[id].edges, self.corner_vertices(id));
+        for (at, edge) in edges.into_iter().enumerate() {
             if self.topology.midpoint(edge).is_none() {
-                let [a, b] = self.topology.ends(edge).map(|end| &self.vertices[end]);
+                let [a, b] = [corners[at], corners[(at + 1) % 3]].map(|end| &self.vertices[end]);
                 let vertex = self.vertices.insert(Vertex::midpoint(a, b, self.scale));
                 self.topology.set_midpoint(edge, vertex);
             }

@@ -5,7 +5,7 @@
 //! finer neighbours use, and is drawn through it.
 
 use super::ids::{EdgeId, Id, Link, NodeId, SlotId, VertexId};
-use super::pool::{Pool, map_bytes};
+use super::pool::{Pool, Table, map_bytes};
 use crate::scene::FaceId;
 use rustc_hash::FxHashMap;
 
@@ -78,23 +78,22 @@ impl Default for IndirectError {
 /// An edge between two vertices.
 #[derive(Clone, Debug)]
 struct Edge {
-    ends: [VertexId; 2],
+    /// One of its ends: the one that its first half begins at.
+    end: VertexId,
     /// Its midpoint, once a node beside it is split.
     midpoint: Link<VertexId>,
-    /// The first of its halves, which are stored side by side in the order of `ends`.
+    /// The first of its halves, which are stored side by side.
     first_half: Link<EdgeId>,
-    /// The edge it is half of.
-    parent: Link<EdgeId>,
     /// First leaf beside it, linked through [`Node::next_on_edge`].
     first: Link<NodeId>,
 }
 
 impl Edge {
-    fn new(ends: [VertexId; 2], parent: Link<EdgeId>) -> Self {
-        Self { ends, midpoint: Link::NONE, first_half: Link::NONE, parent, first: Link::NONE }
+    const fn new(end: VertexId) -> Self {
+        Self { end, midpoint: Link::NONE, first_half: Link::NONE, first: Link::NONE }
     }
 
-    /// Its halves, in the order of its ends, if it has any.
+    /// Its halves, if it has any; the first begins at `end`.
     fn halves(&self) -> Option<[EdgeId; 2]> {
         self.first_half.get().map(|first| [first, EdgeId(first.0 + 1)])
     }
@@ -123,7 +122,7 @@ impl Topology {
         if let Some(&edge) = self.base_edges.get(&ends) {
             return edge;
         }
-        let edge = self.edges.insert(Edge::new(ends, Link::NONE));
+        let edge = self.edges.insert(Edge::new(ends[0]));
         self.base_edges.insert(ends, edge);
         edge
     }
@@ -150,12 +149,6 @@ impl Topology {
         self.edges[edge].midpoint.get()
     }
 
-    /// The ends of an edge.
-    #[must_use]
-    pub fn ends(&self, edge: EdgeId) -> [VertexId; 2] {
-        self.edges[edge].ends
-    }
-
     /// Notes the midpoint of an edge.
     pub fn set_midpoint(&mut self, edge: EdgeId, vertex: VertexId) {
         self.edges[edge].midpoint = vertex.into();
@@ -164,8 +157,11 @@ impl Topology {
     /// Coarser leaves beside a leaf, which must be split before it.
     #[must_use]
     pub fn coarser_neighbours(&self, node: NodeId) -> Vec<NodeId> {
-        let parents = self.nodes[node].edges.iter().filter_map(|e| self.edges[*e].parent.get());
-        parents.flat_map(|edge| self.beside(edge)).collect()
+        let Some(parent) = self.nodes[node].parent.get() else { return Vec::new() };
+        // A child at corner i has halves of the edges that meet there; the one in the middle has none.
+        let place = self.children(parent).position(|child| child == node).filter(|&place| place < 3);
+        let whole = place.into_iter().flat_map(|place| (0..3).filter(move |&at| at != (place + 1) % 3));
+        whole.flat_map(|at| self.beside(self.nodes[parent].edges[at])).collect()
     }
 
     /// Splits a leaf whose edges' midpoints are set; `middles[i]` is the slot in the middle of edge i.
@@ -174,7 +170,7 @@ impl Topology {
         self.leave_edges(id);
         let inner = [0, 1, 2].map(|i| {
             // Cuts corner i off: joins the middles of the edges that meet there.
-            self.edges.insert(Edge::new([vertex_of(middles[i]), vertex_of(middles[(i + 2) % 3])], Link::NONE))
+            self.edges.insert(Edge::new(vertex_of(middles[i])))
         });
         let at_corner = [0, 1, 2].map(|corner| {
             let before = (corner + 2) % 3;
@@ -184,9 +180,9 @@ impl Topology {
             slots[corner] = corners[corner];
             slots[(corner + 1) % 3] = middles[corner];
             slots[before] = middles[before];
-            sides[corner] = self.half(edges[corner], vertex_of(corners[corner]));
+            sides[corner] = self.half(edges[corner], [corner, (corner + 1) % 3].map(|end| vertex_of(corners[end])));
             sides[(corner + 1) % 3] = inner[corner];
-            sides[before] = self.half(edges[before], vertex_of(corners[corner]));
+            sides[before] = self.half(edges[before], [corner, before].map(|end| vertex_of(corners[end])));
             (slots, sides)
         });
         // Corners of the middle child: middles 0, 1, 2; its edge i joins middles i and i + 1 and cuts corner i + 1 off.
@@ -199,17 +195,17 @@ impl Topology {
         children
     }
 
-    /// The half of an edge at one of its ends.
-    fn half(&mut self, edge: EdgeId, end: VertexId) -> EdgeId {
-        let ends = self.edges[edge].ends;
+    /// The half of an edge at the first of its ends.
+    fn half(&mut self, edge: EdgeId, [end, other]: [VertexId; 2]) -> EdgeId {
+        let first = self.edges[edge].end;
         let halves = self.edges[edge].halves().unwrap_or_else(|| {
-            let middle = self.edges[edge].midpoint.get().unwrap_or(ends[0]);
-            let halves = ends.map(|e| self.edges.insert(Edge::new([e, middle], edge.into())));
+            let ends = if end == first { [end, other] } else { [other, end] };
+            let halves = ends.map(|end| self.edges.insert(Edge::new(end)));
             debug_assert_eq!(halves[0].number() + 1, halves[1].number(), "edges are never given back");
             self.edges[edge].first_half = halves[0].into();
             halves
         });
-        halves[usize::from(ends[0] != end)]
+        halves[usize::from(first != end)]
     }
 
     /// Takes a node that is no leaf any more off the lists of its edges.
@@ -281,14 +277,18 @@ impl Topology {
     /// # Panics
     /// If a rule is broken (debug builds and tests call it).
     pub fn validate(&self, vertex_of: impl Fn(SlotId) -> VertexId) {
+        let mut ends_of = Table::<EdgeId, Option<[VertexId; 2]>>::default();
         for id in self.nodes.ids() {
             let (i, node) = (id.0, &self.nodes[id]);
             for (at, &edge) in node.edges.iter().enumerate() {
                 let mut ends = [vertex_of(node.corners[at]), vertex_of(node.corners[(at + 1) % 3])];
-                let mut known = self.edges[edge].ends;
                 ends.sort_unstable();
-                known.sort_unstable();
-                assert_eq!(ends, known, "node {i}: edge {at} joins its corners");
+                assert_eq!(
+                    *ends_of[edge].get_or_insert(ends),
+                    ends,
+                    "node {i}: edge {at} joins the same corners for all"
+                );
+                assert!(ends.contains(&self.edges[edge].end), "node {i}: edge {at} joins its corners");
                 let listed = self.beside(edge).any(|n| n.0 == i);
                 assert_eq!(listed, node.is_leaf(), "node {i}: exactly leaves are listed beside their edges");
                 assert!(node.is_leaf() || self.midpoint(edge).is_some(), "node {i}: split through midpoints");
@@ -408,11 +408,10 @@ mod tests {
         square.split(square.roots[1]);
         let topology = &square.cache.topology;
         assert_eq!(topology.beside(diagonal).count(), 0);
-        let ends = topology.ends(diagonal);
-        let middle = topology.midpoint(diagonal).expect("split");
+        let corners = [0, 2].map(|corner| topology.nodes[square.roots[0]].corners[corner]);
+        let ends = corners.map(|slot| square.cache.slots[slot].vertex);
         for half in topology.edges[diagonal].halves().expect("split") {
-            let [a, b] = topology.ends(half);
-            assert!(ends.contains(&a) && b == middle, "from an end to the middle");
+            assert!(ends.contains(&topology.edges[half].end), "from an end to the middle");
             assert_eq!(topology.beside(half).count(), 2, "a child of either side");
         }
     }
