@@ -88,6 +88,9 @@ struct Edge {
     first: Link<NodeId>,
 }
 
+// There are two edges a leaf and more.
+const _: () = assert!(size_of::<Edge>() <= 16);
+
 impl Edge {
     const fn new(end: VertexId) -> Self {
         Self { end, midpoint: Link::NONE, first_half: Link::NONE, first: Link::NONE }
@@ -266,10 +269,10 @@ impl Topology {
         self.nodes[id].children().map(|children| self.nodes[children.middle()].corners)
     }
 
-    /// Bytes held.
+    /// Bytes held for edges.
     #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.nodes.bytes() + self.edges.bytes() + map_bytes(&self.base_edges)
+    pub fn edge_bytes(&self) -> usize {
+        self.edges.bytes() + map_bytes(&self.base_edges)
     }
 
     /// Checks the structure: shared midpoints, orientation of halves, neighbours within one level.
