@@ -2,8 +2,6 @@
 
 use super::ids::{BetweenId, Link, SlotId};
 use super::pool::reserve;
-use super::slot::INSIDE;
-use super::store::Cache;
 
 /// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, the corners of
 /// the leaf that it lies inside, or coarser base vertices around a base vertex.
@@ -57,13 +55,15 @@ pub struct BetweenLists {
 }
 
 impl BetweenLists {
-    fn get(&self, place: Place) -> Option<Between<'_>> {
+    /// The list at a place, if there is one.
+    pub(super) fn get(&self, place: Place) -> Option<Between<'_>> {
         let lists = if place.is_coarse() { &self.coarse } else { &self.inside };
         let of = &lists[place.first()..place.first() + place.len()];
         (!of.is_empty()).then_some(Between { of, coarse: place.is_coarse() })
     }
 
-    fn add(&mut self, between: Between<'_>) -> Place {
+    /// Adds a list.
+    pub(super) fn add(&mut self, between: Between<'_>) -> Place {
         let lists = if between.coarse { &mut self.coarse } else { &mut self.inside };
         let place = Place::new(lists.len(), between.of.len(), between.coarse);
         reserve(lists, between.of.len());
@@ -71,49 +71,25 @@ impl BetweenLists {
         place
     }
 
-    /// Bytes held.
-    pub(super) fn bytes(&self) -> usize {
-        (self.coarse.capacity() + self.inside.capacity()) * size_of::<(SlotId, f32)>() + self.next.capacity() * 4
-    }
-}
-
-impl Cache {
-    /// The slots that one lies between, if any.
-    #[must_use]
-    pub fn between(&self, slot: SlotId) -> Option<Between<'_>> {
-        self.between.get(self.slots[slot].between)
+    /// Links the next entry of lists inside the faces.
+    pub(super) fn link(&mut self, next: Link<BetweenId>) {
+        reserve(&mut self.next, 1);
+        self.next.push(next);
     }
 
-    /// Notes that a new slot lies between others.
-    pub(super) fn note_between(&mut self, slot: SlotId, between: Between<'_>) {
-        // Base vertices are predicted all at once, those of a view (`Cache::refresh_predictions`).
-        let linked = if between.coarse { &[] } else { between.of };
-        reserve(&mut self.between.next, linked.len());
-        for (place, (other, _)) in (0..).zip(linked) {
-            let first = &mut self.slots[*other].first_between;
-            self.between.next.push(std::mem::replace(first, BetweenId(slot.0 * 8 + place).into()));
-        }
-        let highest = between.of.iter().map(|(other, _)| self.slots[*other].rank).max().unwrap_or(0);
-        let record = &mut self.slots[slot];
-        if !between.coarse {
-            record.rank = (highest + 1).max(INSIDE);
-        }
-        record.between = self.between.add(between);
+    /// The next slot that lies between the same as an entry of a list and others.
+    pub(super) fn next(&self, list: Place, entry: usize) -> Option<BetweenId> {
+        self.next[list.first() + entry].get()
     }
 
-    /// Gives the slots that one lies between other weights.
-    pub(super) fn weigh_between(&mut self, slot: SlotId, weights: [f32; 3]) {
-        let first = self.slots[slot].between.first();
-        let list = &mut self.between.inside[first..first + weights.len()];
+    /// Gives the slots of a list inside the faces other weights.
+    pub(super) fn weigh(&mut self, list: Place, weights: [f32; 3]) {
+        let list = &mut self.inside[list.first()..list.first() + weights.len()];
         list.iter_mut().zip(weights).for_each(|((_, old), new)| *old = new);
     }
 
-    /// The slots that lie between one and others.
-    pub(super) fn lying_between(&self, slot: SlotId) -> impl Iterator<Item = SlotId> + '_ {
-        let next = |id: &BetweenId| {
-            let list = self.slots[SlotId(id.0 / 8)].between;
-            self.between.next[list.first() + id.0 as usize % 8].get()
-        };
-        std::iter::successors(self.slots[slot].first_between.get(), next).map(|id| SlotId(id.0 / 8))
+    /// Bytes held.
+    pub(super) fn bytes(&self) -> usize {
+        (self.coarse.capacity() + self.inside.capacity()) * size_of::<(SlotId, f32)>() + self.next.capacity() * 4
     }
 }

@@ -62,7 +62,7 @@ impl Cache {
         }
         self.indirect.forget(vertex, slot);
         let normal = self.look_inside(id, weights).normal;
-        self.weigh_between(slot, weights);
+        self.between.weigh(self.slots[slot].between, weights);
         let record = &mut self.slots[slot];
         record.normal = normal;
         (record.direct, record.indirect) = Default::default();

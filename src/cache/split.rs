@@ -2,8 +2,8 @@
 //! and the triangles that leaves are drawn as.
 
 use super::between::Between;
-use super::ids::{DrawnId, NodeId, SlotId, VertexId};
-use super::slot::{Look, SlotRecord};
+use super::ids::{BetweenId, DrawnId, NodeId, SlotId, VertexId};
+use super::slot::{INSIDE, Look, SlotRecord};
 use super::store::Cache;
 use super::topology::Children;
 use super::vertex::{Vertex, VertexName};
@@ -96,6 +96,22 @@ impl Cache {
             self.note_between(slot, Between { of: &ends.map(|end| (end, 0.5)), coarse: false });
         }
         Some(slot)
+    }
+
+    /// Notes that a new slot lies between others.
+    pub(super) fn note_between(&mut self, slot: SlotId, between: Between<'_>) {
+        // Base vertices are predicted all at once, those of a view (`Cache::refresh_predictions`).
+        let linked = if between.coarse { &[] } else { between.of };
+        for (place, (other, _)) in (0..).zip(linked) {
+            let first = &mut self.slots[*other].first_between;
+            self.between.link(std::mem::replace(first, BetweenId(slot.0 * 8 + place).into()));
+        }
+        let highest = between.of.iter().map(|(other, _)| self.slots[*other].rank).max().unwrap_or(0);
+        let record = &mut self.slots[slot];
+        if !between.coarse {
+            record.rank = (highest + 1).max(INSIDE);
+        }
+        record.between = self.between.add(between);
     }
 
     /// How a node's surface looks inside it.

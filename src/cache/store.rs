@@ -4,10 +4,10 @@
 //! for each light group and one for indirect light, the radiance grid, and the priors of visibility. What a view
 //! needs beyond that stands in `refine`.
 
-use super::between::BetweenLists;
+use super::between::{Between, BetweenLists};
 use super::coarse_grids::CoarseGrids;
 use super::drawn_mesh::{DrawnMesh, DrawnTriangle};
-use super::ids::{DrawnId, NodeId, SlotId, VertexId};
+use super::ids::{BetweenId, DrawnId, NodeId, SlotId, VertexId};
 use super::indirect_layer::IndirectLayer;
 use super::layer::Layer;
 use super::pieces::Pieces;
@@ -106,6 +106,18 @@ impl Cache {
     #[must_use]
     pub fn corner_positions(&self, node: NodeId) -> [Vec3; 3] {
         self.corner_vertices(node).map(|v| self.vertices[v].position)
+    }
+
+    /// The slots that one lies between, if any.
+    #[must_use]
+    pub fn between(&self, slot: SlotId) -> Option<Between<'_>> {
+        self.between.get(self.slots[slot].between)
+    }
+
+    /// The slots that lie between one and others.
+    pub(super) fn lying_between(&self, slot: SlotId) -> impl Iterator<Item = SlotId> + '_ {
+        let next = |id: &BetweenId| self.between.next(self.slots[SlotId(id.0 / 8)].between, id.0 as usize % 8);
+        std::iter::successors(self.slots[slot].first_between.get(), next).map(|id| SlotId(id.0 / 8))
     }
 
     /// Whether other geometry covers a slot's vertex.
