@@ -1,7 +1,7 @@
 //! Base vertices by place, in grids of spacings that shrink threefold: how coarser ones around a vertex are found.
 
 use super::ids::VertexId;
-use super::pool::Pool;
+use super::pool::{Pool, map_bytes};
 use super::vertex::Vertex;
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
@@ -26,6 +26,8 @@ const FLAT: f32 = 1.0 / 3.0;
 #[derive(Clone, Debug, Default)]
 pub struct CoarseGrids {
     grids: [FxHashMap<IVec3, Vec<VertexId>>; LEVELS],
+    /// Entries of all cells.
+    entries: usize,
 }
 
 /// A vertex near another.
@@ -53,8 +55,14 @@ impl CoarseGrids {
     /// Enters a vertex at `position` into a level and all finer ones.
     pub(super) fn add(&mut self, vertex: VertexId, position: Vec3, from: usize, scale: f32) {
         for level in from..LEVELS {
+            self.entries += 1;
             self.grids[level].entry(cell(scale, level, position)).or_default().push(vertex);
         }
+    }
+
+    /// Bytes held, but for room in the cells' lists.
+    pub(super) fn bytes(&self) -> usize {
+        self.grids.iter().map(map_bytes).sum::<usize>() + self.entries * size_of::<VertexId>()
     }
 
     /// The nearest vertices of a level or coarser on the same side of the same surface as `here`, nearest first.

@@ -4,10 +4,10 @@
 //! Base vertices are taken into a coarse-to-fine order of spacings that shrink threefold. Each takes the prediction
 //! of up to six coarser ones around it, by moving least squares, until it has gathered itself.
 
+use super::between::Between;
 use super::coarse_grids::{LEVELS, MOST_PARENTS, Near, Neighbours, spacing};
 use super::ids::{SlotId, VertexId};
 use super::pieces::Piece;
-use super::slot::Between;
 use super::store::Cache;
 use glam::{Mat4, Vec4};
 use smallvec::SmallVec;
@@ -55,7 +55,7 @@ impl Cache {
 
     /// Slots that predict a base vertex, with their weights.
     pub fn parents_of(&self, vertex: VertexId) -> impl Iterator<Item = (SlotId, f32)> + '_ {
-        let between = self.slots_of(vertex).find_map(|slot| self.slots[slot].between.as_ref().filter(|b| b.coarse));
+        let between = self.slots_of(vertex).find_map(|slot| self.between(slot).filter(|between| between.coarse));
         between.into_iter().flat_map(|between| between.of.iter().copied())
     }
 
@@ -69,8 +69,8 @@ impl Cache {
         let radius = parents.iter().map(|p| p.distance).fold(0.0, f32::max) * 1.1;
         let weights = least_squares_weights(parents, radius);
         let of = parents.iter().zip(weights).filter_map(|(parent, weight)| Some((look(parent.vertex)?, weight)));
-        let between = Between { of: of.collect(), coarse: true };
-        self.note_between(slot, between);
+        let of: SmallVec<[(SlotId, f32); MOST_PARENTS]> = of.collect();
+        self.note_between(slot, Between { of: &of, coarse: true });
     }
 }
 

@@ -200,9 +200,8 @@ fn points_around(cache: &Cache, id: VertexId, light: u32) -> u32 {
         let known = layer.get(cache.slots[slot].vertex);
         if known.is_partial() { known.points / 2 } else { 0 }
     };
-    let between =
-        cache.slots_of(id).filter_map(|slot| cache.slots[slot].between.as_ref()).filter(|between| !between.coarse);
-    between.flat_map(|between| &between.of).map(|&(slot, _)| points(slot)).max().unwrap_or(0)
+    let between = cache.slots_of(id).filter_map(|slot| cache.between(slot)).filter(|between| !between.coarse);
+    between.flat_map(|between| between.of).map(|&(slot, _)| points(slot)).max().unwrap_or(0)
 }
 
 /// A light that nothing but a ray can settle at a vertex.
@@ -421,7 +420,7 @@ pub fn apply(cache: &mut Cache, results: &Results) {
         sums = rest;
         note_rounds(cache, result, before, own);
         let layer = &mut cache.layers[result.light as usize];
-        *layer.visibility.entry(result.vertex) = result.visibility;
+        layer.visibility.set(result.vertex, result.visibility);
         cache.vertices[result.vertex].progress.traced |= result.visibility.origin == Origin::Sampled;
         for &(slot, sum) in own {
             let entry = layer.sums.entry(slot);

@@ -30,7 +30,7 @@ impl Cache {
 
     /// Variance of a slot's own D by what it and those around it have seen, (W·sr⁻¹·m⁻²)².
     pub fn likely_variance(&self, slot: SlotId) -> f32 {
-        match &self.slots[slot].between {
+        match self.between(slot) {
             Some(between) => self.pooled_variance(slot, between.of.iter().map(|(other, _)| *other)),
             None => self.pooled_variance(slot, self.neighbours(slot).into_iter()),
         }

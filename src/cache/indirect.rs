@@ -1,10 +1,11 @@
 //! Indirect light shown at slots: what they have gathered, what those around them predict, or both by what they are
 //! worth.
 
+use super::between::Between;
 use super::ids::{SlotId, VertexId};
 use super::pool::Table;
 use super::prediction::Prediction;
-use super::slot::{Between, Eye, SlotLight, Specular};
+use super::slot::{Eye, SlotLight, Specular};
 use super::store::Cache;
 use crate::estimate::light_vector::LightVector;
 use crate::light::lighting::Lighting;
@@ -75,7 +76,7 @@ impl Cache {
         evaluate: Evaluate<'_>,
     ) -> Vec<SlotId> {
         self.indirect.stale = false;
-        let is_predicted = |&slot: &SlotId| self.slots[slot].between.is_some() && !self.indirect.is_sampled(slot);
+        let is_predicted = |&slot: &SlotId| self.between(slot).is_some() && !self.indirect.is_sampled(slot);
         let slots = base.flat_map(|vertex| self.slots_of(vertex)).filter(is_predicted);
         let due: Vec<SlotId> = slots.collect();
         self.refresh(&due, (eye, specular), evaluate)
@@ -100,8 +101,7 @@ impl Cache {
             for (&slot, light) in wave.iter().zip(lights) {
                 self.slots[slot].indirect = light.kept();
                 specular[slot].indirect = light.specular;
-                let next = |&(_, link): &(SlotId, Option<u32>)| self.linked_between(link?);
-                for (next, _) in std::iter::successors(self.first_between(slot), next) {
+                for next in self.lying_between(slot) {
                     if !self.indirect.is_sampled(next) {
                         due.entry(self.slots[next].rank).or_default().push(next);
                     }
@@ -125,7 +125,7 @@ impl Cache {
         }
         let predicted = predicted.map(|predicted| self.shown_by_prediction(slot, predicted));
         // A vertex inside a leaf may not gather again: what is around it has the newer guess.
-        if predicted.is_some() && self.slots[slot].between.as_ref().is_some_and(Between::is_inside_leaf) {
+        if predicted.is_some() && self.between(slot).as_ref().is_some_and(Between::is_inside_leaf) {
             return predicted.unwrap_or_default();
         }
         self.guessed(slot, eye.position).or(predicted).unwrap_or_default()
@@ -148,7 +148,7 @@ impl Cache {
     fn light_of(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> SlotLight {
         let record = &self.slots[slot];
         let to_eye = (eye - self.vertices[record.vertex].position).normalize_or(record.normal);
-        let specular = record.shininess.filter(|_| !record.mirror);
+        let specular = record.shininess().filter(|_| !record.mirror);
         let specular = specular.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
         let variance = sum.variance_of_mean() / (PI * PI);
         SlotLight { diffuse: sum.irradiance() / PI, specular, variance, known: true, ..SlotLight::default() }
@@ -218,7 +218,7 @@ mod tests {
         let shown = |slot: SlotId| square.cache.slots[slot].indirect.diffuse.x;
         assert!((shown(middle) - 3.0).abs() < 1e-5, "{}", shown(middle));
         let quarter = finer.into_iter().find(|&slot| {
-            let between = square.cache.slots[slot].between.as_ref().expect("a midpoint");
+            let between = square.cache.between(slot).expect("a midpoint");
             between.of.iter().all(|(end, _)| [near, middle].contains(end))
         });
         let quarter = quarter.expect("between the corner and the middle of the diagonal");

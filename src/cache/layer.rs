@@ -4,14 +4,15 @@
 //! fully hidden, vertices below it take that over without a ray.
 
 use super::ids::{SlotId, VertexId};
-use super::pool::Sparse;
-use crate::estimate::visibility::{AreaSum, Visibility};
+use super::sparse::Sparse;
+use super::visibility_table::VisibilityTable;
+use crate::estimate::visibility::AreaSum;
 
 /// What is known of one light group.
 #[derive(Clone, Debug, Default)]
 pub struct Layer {
     /// By vertex.
-    pub visibility: Sparse<VertexId, Visibility>,
+    pub visibility: VisibilityTable,
     /// By slot; written for area lights only. For the others direction, distance and emission are analytic, so a
     /// change of the light's colour or power costs no ray.
     pub sums: Sparse<SlotId, AreaSum>,

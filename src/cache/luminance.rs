@@ -63,9 +63,9 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
             x: vertex.position,
             normal: record.normal,
             to_eye: (eye - vertex.position).normalize_or(record.normal),
-            shininess: record.shininess.unwrap_or(0.0),
+            shininess: record.shininess().unwrap_or(0.0),
         },
-        shines: record.shininess.is_some(),
+        shines: record.shininess().is_some(),
     };
     let (mut sum, mut left) = (Sum::default(), Left::default());
     for (light, (emitter, layer)) in context.lights.groups().zip(&cache.layers).enumerate() {

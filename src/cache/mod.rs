@@ -1,5 +1,7 @@
 //! The light cache: what is true of the light in a scene whatever is looked at.
 
+pub mod between;
+pub mod bytes;
 pub mod coarse_grids;
 pub mod coarse_levels;
 pub mod direct;
@@ -20,6 +22,7 @@ pub mod previous_lighting;
 pub mod radiance_grid;
 pub mod reweight;
 pub mod slot;
+pub mod sparse;
 pub mod split;
 pub mod store;
 #[cfg(test)]
@@ -28,4 +31,5 @@ pub mod topology;
 pub mod vertex;
 pub mod visibility_prior;
 pub mod visibility_probe;
+pub mod visibility_table;
 pub mod weld;

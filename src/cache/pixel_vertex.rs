@@ -4,9 +4,9 @@
 //! the size of the pixel. A vertex where the pixel's centre sees the leaf settles it instead: the pixel shows exactly
 //! what is sampled there.
 
+use super::between::Between;
 use super::ids::{NodeId, SlotId, VertexId};
 use super::pixels::weights_on_ray;
-use super::slot::Between;
 use super::store::Cache;
 use super::vertex::Vertex;
 use glam::Vec3;
@@ -29,32 +29,31 @@ impl Cache {
     pub fn place_pixel_vertex(&mut self, id: NodeId, eye: Vec3, direction: Vec3) -> Option<Placed> {
         let weights = weights_on_ray(self.corner_positions(id), eye, direction)?;
         let corners = self.topology.nodes[id].corners;
-        let between = Between { of: corners.into_iter().zip(weights).collect(), coarse: false };
-        let slot = match self.topology.nodes[id].pixel_vertex {
-            None => self.add_pixel_vertex(id, weights, between),
+        let slot = match self.topology.nodes[id].pixel_vertex.get() {
+            None => self.add_pixel_vertex(id, weights, [0, 1, 2].map(|i| (corners[i], weights[i]))),
             Some(slot) => {
-                let old = self.slots[slot].between.iter().flat_map(|b| &b.of);
+                let old = self.between(slot).map_or(&[][..], |between| between.of).iter();
                 if old.zip(weights).all(|((_, old), new)| (old - new).abs() < SAME_PLACE) {
                     return Some(Placed { slot, kept: true });
                 }
-                self.move_pixel_vertex(id, slot, (weights, between));
+                self.move_pixel_vertex(id, slot, weights);
                 slot
             }
         };
-        self.topology.nodes[id].pixel_vertex = Some(slot);
+        self.topology.nodes[id].pixel_vertex = slot.into();
         Some(Placed { slot, kept: false })
     }
 
-    fn add_pixel_vertex(&mut self, id: NodeId, weights: [f32; 3], between: Between) -> SlotId {
+    fn add_pixel_vertex(&mut self, id: NodeId, weights: [f32; 3], of: [(SlotId, f32); 3]) -> SlotId {
         let vertex = self.vertices.insert(self.vertex_inside(id, weights));
         let look = self.look_inside(id, weights);
         let slot = self.slot(vertex, look);
-        self.note_between(slot, between);
+        self.note_between(slot, Between { of: &of, coarse: false });
         slot
     }
 
     /// Forgets all that is known at a pixel vertex and puts it elsewhere on its leaf.
-    fn move_pixel_vertex(&mut self, id: NodeId, slot: SlotId, (weights, between): ([f32; 3], Between)) {
+    fn move_pixel_vertex(&mut self, id: NodeId, slot: SlotId, weights: [f32; 3]) {
         let vertex = self.slots[slot].vertex;
         let moved = self.vertex_inside(id, weights);
         self.vertices[vertex].move_to(moved);
@@ -63,8 +62,9 @@ impl Cache {
         }
         self.indirect.forget(vertex, slot);
         let normal = self.look_inside(id, weights).normal;
+        self.between.weigh(self.slots[slot].between, weights);
         let record = &mut self.slots[slot];
-        (record.normal, record.between) = (normal, Some(between));
+        record.normal = normal;
         (record.direct, record.indirect) = Default::default();
     }
 
@@ -73,15 +73,15 @@ impl Cache {
     pub fn hanging_slot(&self, id: NodeId, at: usize) -> Option<SlotId> {
         let node = &self.topology.nodes[id];
         let middle = self.topology.midpoint(node.edges[at])?;
-        let mut slots = self.drawn.of_node(id).iter().flat_map(|&drawn| self.drawn.triangles[drawn].triangle.slots);
+        let mut slots = self.drawn.of_node(id).into_iter().flat_map(|drawn| self.drawn.triangles[drawn].slots);
         slots.find(|slot| self.slots[*slot].vertex == middle)
     }
 
     /// The slot of a vertex, if that lies inside a leaf.
     #[must_use]
     pub fn pixel_slot(&self, vertex: VertexId) -> Option<SlotId> {
-        let between = |slot: SlotId| self.slots[slot].between.as_ref();
-        self.vertices[vertex].first_slot.filter(|&slot| between(slot).is_some_and(Between::is_inside_leaf))
+        let is_inside = |slot: &SlotId| self.between(*slot).as_ref().is_some_and(Between::is_inside_leaf);
+        self.vertices[vertex].first_slot.get().filter(is_inside)
     }
 
     /// The vertex that there would be inside a leaf.

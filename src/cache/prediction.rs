@@ -63,7 +63,7 @@ impl Cache {
     /// it; of a base vertex, how far those that predict differ.
     pub(super) fn prediction(&self, slot: SlotId, eye: Eye<'_>) -> Option<Prediction> {
         let record = &self.slots[slot];
-        let between = record.between.as_ref()?;
+        let between = self.between(slot)?;
         let light = |other: SlotId| match between.coarse {
             true => self.turned(other, slot, eye),
             false => SlotLight::new(self.slots[other].indirect, eye.specular[other].indirect),
@@ -79,7 +79,7 @@ impl Cache {
 
     /// What a slot shows that has not gathered.
     pub(super) fn shown_by_prediction(&self, slot: SlotId, predicted: Prediction) -> SlotLight {
-        let is_coarse = self.slots[slot].between.as_ref().is_some_and(|between| between.coarse);
+        let is_coarse = self.between(slot).is_some_and(|between| between.coarse);
         if is_coarse { predicted.coarse() } else { predicted.light }
     }
 
@@ -99,7 +99,7 @@ impl Cache {
     pub(super) fn neighbours(&self, slot: SlotId) -> Neighbours {
         let mut found = Neighbours::new();
         for drawn in self.drawn.with_slot(slot) {
-            let up = |id: &NodeId| self.topology.nodes[*id].parent;
+            let up = |id: &NodeId| self.topology.nodes[*id].parent.get();
             let root = std::iter::successors(Some(self.drawn.triangles[drawn].node), up).last();
             let corners = root.into_iter().flat_map(|root| self.topology.nodes[root].corners);
             found.extend(corners.filter(|&corner| corner != slot));
@@ -113,7 +113,7 @@ impl Cache {
     fn turned(&self, slot: SlotId, other: SlotId, eye: Eye<'_>) -> SlotLight {
         let (record, gathered, other) = (&self.slots[slot], self.indirect.sum(slot), &self.slots[other]);
         let gain = if gathered.samples() > 0 { gathered.turning(record.normal, other.normal) } else { 1.0 };
-        let as_glossy = (record.shininess, record.mirror) == (other.shininess, other.mirror);
+        let as_glossy = (record.shininess(), record.mirror) == (other.shininess(), other.mirror);
         let specular = if as_glossy { eye.specular[slot].indirect } else { Vec3::ZERO };
         SlotLight { diffuse: record.indirect.diffuse * gain, ..SlotLight::new(record.indirect, specular) }
     }

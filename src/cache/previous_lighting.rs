@@ -2,7 +2,7 @@
 //! the lights go back to what they were (light is linear in what the sources emit).
 
 use super::ids::{SlotId, VertexId};
-use super::pool::Sparse;
+use super::sparse::Sparse;
 use crate::estimate::light_vector::LightVector;
 use crate::light::lighting::Lighting;
 use glam::Vec3;

@@ -5,6 +5,7 @@
 //! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes
 //! within a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
 
+use super::pool::map_bytes;
 use crate::math::nearest_axis;
 use glam::Vec3;
 use rustc_hash::FxHashMap;
@@ -107,13 +108,12 @@ impl RadianceGrid {
     /// Takes in what paths found.
     pub fn add(&mut self, deposits: &[Deposit]) {
         for deposit in deposits {
-            for up in 0..DEPTH {
+            for up in (0..DEPTH).rev() {
                 let (key, is_full) = (deposit.key.packed(up), self.cells.len() >= MOST_CELLS);
                 let cell = if is_full { self.cells.get_mut(&key) } else { Some(self.cells.entry(key).or_default()) };
-                if let Some(cell) = cell {
-                    cell.sum += deposit.radiance;
-                    cell.paths += 1;
-                }
+                let Some(cell) = cell else { continue };
+                cell.sum += deposit.radiance;
+                cell.paths += 1;
             }
         }
     }
@@ -129,7 +129,7 @@ impl RadianceGrid {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.cells.capacity() * size_of::<(u64, Cell)>()
+        map_bytes(&self.cells)
     }
 }
 

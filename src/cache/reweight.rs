@@ -28,7 +28,7 @@ pub fn reweight(context: &SceneContext<'_>, cache: &mut Cache, light: usize) {
         if known.points > REMEMBERED {
             let fraction = known.fraction();
             let origin = if fraction == 0.0 || fraction == 1.0 { Origin::Inferred } else { Origin::Deferred };
-            *layer.visibility.entry(vertex) = Visibility::taken_over(origin, fraction);
+            layer.visibility.set(vertex, Visibility::taken_over(origin, fraction));
         }
     }
 }

@@ -1,9 +1,9 @@
 //! Vertex slots: one shading normal and gloss of a vertex, with the luminance known there.
 
-use super::ids::{SlotId, VertexId};
+use super::between::Place;
+use super::ids::{BetweenId, Link, SlotId, VertexId};
 use super::pool::Table;
 use glam::Vec3;
-use smallvec::SmallVec;
 
 /// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows
 /// what they know; beside a valid vertex it does not count. The luminance pass relies on it (`LEAST_WEIGHT`): larger
@@ -16,49 +16,33 @@ pub struct SlotRecord {
     /// The vertex whose samples it shares.
     pub vertex: VertexId,
     /// The vertex's next slot.
-    pub next: Option<SlotId>,
+    pub next: Link<SlotId>,
     /// Unit shading normal, on the vertex's side.
     pub normal: Vec3,
-    /// Phong exponent where the surface is glossy.
-    pub shininess: Option<f32>,
+    /// Phong exponent where the surface is glossy, [`MATT`] elsewhere.
+    exponent: f32,
     /// Whether it is meant to mirror: until there are reflections its highlight shows direct light only.
     pub mirror: bool,
     /// Direct light.
     pub direct: Luminance,
     /// Indirect light.
     pub indirect: Luminance,
-    /// The slots that it lies between, if any.
-    pub between: Option<Between>,
+    /// Where the slots are listed that it lies between.
+    pub(super) between: Place,
     /// Its place in the order in which slots are predicted: the spacing's number for base vertices, see
     /// [`super::coarse_levels`]; for all others, from [`INSIDE`] on, one more than the highest of those it lies between.
     pub rank: u8,
-    /// First slot inside the faces that lies between this one and others, `slot * 8 + place`, linked through
-    /// `next_between`.
-    pub(super) first_between: Option<u32>,
-    pub(super) next_between: SmallVec<[Option<u32>; 3]>,
+    /// First slot inside the faces that lies between this one and others.
+    pub(super) first_between: Link<BetweenId>,
 }
+
+/// Exponent that stands for a surface without highlights.
+const MATT: f32 = -1.0;
 
 /// Lowest rank of slots inside the faces: predicted after all base vertices.
 pub const INSIDE: u8 = 8;
 /// Rank of base vertices that are not in the order yet.
 const UNPLACED: u8 = INSIDE - 1;
-
-/// Slots that another lies between and that predict it: the ends of the edge that it is the middle of, the corners of
-/// the leaf that it lies inside, or coarser base vertices around a base vertex.
-#[derive(Clone, Debug)]
-pub struct Between {
-    /// The slots with their weights, of sum 1.
-    pub of: SmallVec<[(SlotId, f32); 3]>,
-    /// Whether they are coarser base vertices around a base vertex.
-    pub coarse: bool,
-}
-
-impl Between {
-    /// Whether it is between the corners of a leaf.
-    pub(super) fn is_inside_leaf(&self) -> bool {
-        !self.coarse && self.of.len() == 3
-    }
-}
 
 /// Diffuse luminance at a slot, from the lights or from everything else.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -137,25 +121,30 @@ pub(super) struct Look {
 
 impl SlotRecord {
     /// A slot of which no light is known.
-    pub(super) fn new(vertex: VertexId, next: Option<SlotId>, Look { normal, shininess, mirror }: Look) -> Self {
+    pub(super) fn new(vertex: VertexId, next: Link<SlotId>, Look { normal, shininess, mirror }: Look) -> Self {
         Self {
             vertex,
             next,
             normal,
-            shininess,
+            exponent: shininess.unwrap_or(MATT),
             mirror,
             direct: Luminance::default(),
             indirect: Luminance::default(),
-            between: None,
+            between: Place::default(),
             rank: UNPLACED,
-            first_between: None,
-            next_between: SmallVec::new(),
+            first_between: Link::NONE,
         }
     }
 
     /// Whether it has this look. Coplanar facets may differ in the last bits of their normals; 1e-6 is 0.08°.
     pub(super) fn looks(&self, look: Look) -> bool {
-        (self.shininess, self.mirror) == (look.shininess, look.mirror) && self.normal.dot(look.normal) > 1.0 - 1e-6
+        (self.shininess(), self.mirror) == (look.shininess, look.mirror) && self.normal.dot(look.normal) > 1.0 - 1e-6
+    }
+
+    /// Phong exponent where the surface is glossy.
+    #[must_use]
+    pub fn shininess(&self) -> Option<f32> {
+        (self.exponent >= 0.0).then_some(self.exponent)
     }
 
     /// Whether it belongs to a base vertex.

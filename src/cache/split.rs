@@ -1,9 +1,9 @@
 //! What is added to the cache as the view asks for it: roots of faces with their base vertices, midpoints of splits,
 //! and the triangles that leaves are drawn as.
 
-use super::drawn_mesh::DrawnTriangle;
-use super::ids::{DrawnId, NodeId, SlotId, VertexId};
-use super::slot::{Between, INSIDE, Look, SlotRecord};
+use super::between::Between;
+use super::ids::{BetweenId, DrawnId, NodeId, SlotId, VertexId};
+use super::slot::{INSIDE, Look, SlotRecord};
 use super::store::Cache;
 use super::topology::Children;
 use super::vertex::{Vertex, VertexName};
@@ -63,16 +63,16 @@ impl Cache {
             return slot;
         }
         let slot = self.slots.insert(SlotRecord::new(vertex, self.vertices[vertex].first_slot, look));
-        self.vertices[vertex].first_slot = Some(slot);
+        self.vertices[vertex].first_slot = slot.into();
         slot
     }
 
     /// Splits a leaf, whose neighbours must not be coarser than it.
     pub fn split(&mut self, id: NodeId) -> Split {
-        let edges = self.topology.nodes[id].edges;
-        for edge in edges {
+        let (edges, corners) = (self.topology.nodes[id].edges, self.corner_vertices(id));
+        for (at, edge) in edges.into_iter().enumerate() {
             if self.topology.midpoint(edge).is_none() {
-                let [a, b] = self.topology.ends(edge).map(|end| &self.vertices[end]);
+                let [a, b] = [corners[at], corners[(at + 1) % 3]].map(|end| &self.vertices[end]);
                 let vertex = self.vertices.insert(Vertex::midpoint(a, b, self.scale));
                 self.topology.set_midpoint(edge, vertex);
             }
@@ -90,28 +90,28 @@ impl Cache {
         let ends = [node.corners[at], node.corners[(at + 1) % 3]];
         let [a, b] = ends.map(|slot| &self.slots[slot]);
         let normal = (a.normal + b.normal).normalize_or(a.normal);
-        let look = Look { normal, shininess: a.shininess, mirror: a.mirror };
+        let look = Look { normal, shininess: a.shininess(), mirror: a.mirror };
         let slot = self.slot(vertex, look);
-        if self.slots[slot].between.is_none() {
-            self.note_between(slot, Between { of: ends.into_iter().map(|end| (end, 0.5)).collect(), coarse: false });
+        if self.between(slot).is_none() {
+            self.note_between(slot, Between { of: &ends.map(|end| (end, 0.5)), coarse: false });
         }
         Some(slot)
     }
 
     /// Notes that a new slot lies between others.
-    pub(super) fn note_between(&mut self, slot: SlotId, between: Between) {
+    pub(super) fn note_between(&mut self, slot: SlotId, between: Between<'_>) {
         // Base vertices are predicted all at once, those of a view (`Cache::refresh_predictions`).
-        let linked = if between.coarse { &[] } else { between.of.as_slice() };
+        let linked = if between.coarse { &[] } else { between.of };
         for (place, (other, _)) in (0..).zip(linked) {
-            let previous = self.slots[*other].first_between.replace(slot.0 * 8 + place);
-            self.slots[slot].next_between.push(previous);
+            let first = &mut self.slots[*other].first_between;
+            self.between.link(std::mem::replace(first, BetweenId(slot.0 * 8 + place).into()));
         }
         let highest = between.of.iter().map(|(other, _)| self.slots[*other].rank).max().unwrap_or(0);
         let record = &mut self.slots[slot];
         if !between.coarse {
             record.rank = (highest + 1).max(INSIDE);
         }
-        record.between = Some(between);
+        record.between = self.between.add(between);
     }
 
     /// How a node's surface looks inside it.
@@ -119,16 +119,14 @@ impl Cache {
         let corners = self.topology.nodes[id].corners.map(|slot| &self.slots[slot]);
         let [a, ..] = corners;
         let sum: Vec3 = corners.iter().zip(weights).map(|(corner, weight)| corner.normal * weight).sum();
-        Look { normal: sum.normalize_or(a.normal), shininess: a.shininess, mirror: a.mirror }
+        Look { normal: sum.normalize_or(a.normal), shininess: a.shininess(), mirror: a.mirror }
     }
 
     /// Draws a leaf through the midpoints on its edges, so that no crack or kink shows (conforming triangulation).
     /// Each triangle shows the value of `flat` all over if that is given.
     pub fn draw(&mut self, id: NodeId, flat: Option<SlotId>) -> Vec<DrawnId> {
-        let (face, level) = (self.topology.nodes[id].face, self.topology.nodes[id].level);
         let triangles = self.triangulate(id);
-        let add = |slots| self.drawn.add(id, DrawnTriangle { slots, face, level, flat });
-        triangles.into_iter().map(add).collect()
+        triangles.into_iter().map(|slots| self.drawn.add(id, slots, flat)).collect()
     }
 
     /// The triangles of a leaf through the midpoints on its edges.
@@ -178,7 +176,7 @@ mod tests {
             star.split(star.roots[edge + 1]);
         }
         let drawn = star.cache.draw(star.roots[0], None);
-        let triangles = drawn.iter().map(|&drawn| star.cache.drawn.triangles[drawn].triangle.slots).collect();
+        let triangles = drawn.iter().map(|&drawn| star.cache.drawn.triangles[drawn].slots).collect();
         (star, triangles)
     }
 

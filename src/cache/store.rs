@@ -4,9 +4,10 @@
 //! for each light group and one for indirect light, the radiance grid, and the priors of visibility. What a view
 //! needs beyond that stands in `refine`.
 
+use super::between::{Between, BetweenLists};
 use super::coarse_grids::CoarseGrids;
-use super::drawn_mesh::DrawnMesh;
-use super::ids::{NodeId, SlotId, VertexId};
+use super::drawn_mesh::{DrawnMesh, DrawnTriangle};
+use super::ids::{BetweenId, DrawnId, NodeId, SlotId, VertexId};
 use super::indirect_layer::IndirectLayer;
 use super::layer::Layer;
 use super::pieces::Pieces;
@@ -29,6 +30,8 @@ pub struct Cache {
     pub vertices: Pool<VertexId, Vertex>,
     /// Their slots.
     pub slots: Pool<SlotId, SlotRecord>,
+    /// Which of them lie between which.
+    pub(super) between: BetweenLists,
     /// The hierarchy.
     pub topology: Topology,
     /// The triangles that its leaves are drawn as.
@@ -74,7 +77,7 @@ impl Cache {
 
     /// The slots of a vertex.
     pub fn slots_of(&self, vertex: VertexId) -> impl Iterator<Item = SlotId> + '_ {
-        std::iter::successors(self.vertices[vertex].first_slot, |&slot| self.slots[slot].next)
+        std::iter::successors(self.vertices[vertex].first_slot.get(), |&slot| self.slots[slot].next.get())
     }
 
     /// The vertices at a node's corners.
@@ -91,20 +94,30 @@ impl Cache {
         self.corner_vertices(node).into_iter().chain(middles).collect()
     }
 
+    /// A drawn triangle, as the GPU is told of it.
+    #[must_use]
+    pub fn drawn_triangle(&self, id: DrawnId) -> DrawnTriangle {
+        let record = &self.drawn.triangles[id];
+        let node = &self.topology.nodes[record.node];
+        DrawnTriangle { slots: record.slots, face: node.face, level: node.level, flat: record.flat.get() }
+    }
+
     /// Positions of a node's corners.
     #[must_use]
     pub fn corner_positions(&self, node: NodeId) -> [Vec3; 3] {
         self.corner_vertices(node).map(|v| self.vertices[v].position)
     }
 
-    /// The first of the slots that lie between a slot and others, with the link to the next.
-    pub(super) fn first_between(&self, slot: SlotId) -> Option<(SlotId, Option<u32>)> {
-        self.linked_between(self.slots[slot].first_between?)
+    /// The slots that one lies between, if any.
+    #[must_use]
+    pub fn between(&self, slot: SlotId) -> Option<Between<'_>> {
+        self.between.get(self.slots[slot].between)
     }
 
-    /// The slot that a link of [`Self::first_between`] leads to, with the link to the next.
-    pub(super) fn linked_between(&self, link: u32) -> Option<(SlotId, Option<u32>)> {
-        Some((SlotId(link / 8), self.slots[SlotId(link / 8)].next_between[link as usize % 8]))
+    /// The slots that lie between one and others.
+    pub(super) fn lying_between(&self, slot: SlotId) -> impl Iterator<Item = SlotId> + '_ {
+        let next = |id: &BetweenId| self.between.next(self.slots[SlotId(id.0 / 8)].between, id.0 as usize % 8);
+        std::iter::successors(self.slots[slot].first_between.get(), next).map(|id| SlotId(id.0 / 8))
     }
 
     /// Whether other geometry covers a slot's vertex.
@@ -117,24 +130,6 @@ impl Cache {
     #[must_use]
     pub fn weight(&self, slot: SlotId) -> f32 {
         if self.is_covered(slot) { COVERED_WEIGHT } else { 1.0 }
-    }
-
-    /// Bytes held by the cache's structures.
-    #[must_use]
-    pub fn bytes(&self) -> usize {
-        let layers: usize = self.layers.iter().map(|l| l.visibility.bytes() + l.sums.bytes()).sum();
-        let maps = self.names.capacity() * size_of::<(VertexName, VertexId)>()
-            + self.roots.capacity() * size_of::<(FaceId, NodeId)>();
-        layers
-            + self.prior.bytes()
-            + self.penumbrae.bytes()
-            + self.indirect.bytes()
-            + self.radiance.bytes()
-            + maps
-            + self.topology.bytes()
-            + self.vertices.bytes()
-            + self.slots.bytes()
-            + self.drawn.bytes()
     }
 
     /// Checks hierarchy, slots and drawn triangles against each other, in time linear in their number.
@@ -166,26 +161,23 @@ impl Cache {
     /// Each slot is listed at those it lies between, and comes after them in the order of predictions.
     fn validate_lists_between(&self) {
         let order = |id: SlotId| (self.slots[id].rank, id);
-        let between = |id: SlotId| {
-            let inside = self.slots[id].between.iter().filter(|between| !between.coarse);
-            inside.flat_map(|between| &between.of)
-        };
+        let between =
+            |id: SlotId| self.between(id).filter(|between| !between.coarse).map_or(&[][..], |between| between.of);
         let mut listed = Table::<SlotId, usize>::default();
         for id in self.slots.ids() {
-            let next = |&(_, link): &(SlotId, Option<u32>)| self.linked_between(link?);
-            for (slot, _) in std::iter::successors(self.first_between(id), next) {
+            for slot in self.lying_between(id) {
                 assert!(
-                    between(slot).any(|(other, _)| *other == id),
+                    between(slot).iter().any(|(other, _)| *other == id),
                     "slot {}: listed at what it lies between",
                     slot.0
                 );
                 assert!(order(id) < order(slot), "slot {}: predicted after those it lies between", slot.0);
                 listed[slot] += 1;
-                assert!(listed[slot] <= between(slot).count(), "slot {}: listed once", slot.0);
+                assert!(listed[slot] <= between(slot).len(), "slot {}: listed once", slot.0);
             }
         }
         for id in self.slots.ids() {
-            assert_eq!(listed[id], between(id).count(), "slot {}: listed at those it lies between", id.0);
+            assert_eq!(listed[id], between(id).len(), "slot {}: listed at those it lies between", id.0);
         }
     }
 
@@ -194,7 +186,7 @@ impl Cache {
         for id in self.slots.ids() {
             for drawn in self.drawn.with_slot(id) {
                 let record = &self.drawn.triangles[drawn];
-                assert!(record.triangle.all_slots().any(|slot| slot == id), "slot {}: {drawn:?} uses it", id.0);
+                assert!(record.all_slots().any(|slot| slot == id), "slot {}: {drawn:?} uses it", id.0);
                 assert!(self.drawn.of_node(record.node).contains(&drawn), "{drawn:?} is one of its node's");
             }
         }

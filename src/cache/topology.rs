@@ -4,8 +4,8 @@
 //! Leaves on both sides of an edge stay within one level of each other: a leaf's edge has at most one midpoint that
 //! finer neighbours use, and is drawn through it.
 
-use super::ids::{EdgeId, NodeId, SlotId, VertexId};
-use super::pool::Pool;
+use super::ids::{EdgeId, Id, Link, NodeId, SlotId, VertexId};
+use super::pool::{Pool, Table, map_bytes};
 use crate::scene::FaceId;
 use rustc_hash::FxHashMap;
 
@@ -24,17 +24,19 @@ pub struct Node {
     /// Splits above it.
     pub level: u8,
     /// The node it came from.
-    pub parent: Option<NodeId>,
-    /// Its children. A node without is a leaf.
-    pub children: Option<Children>,
+    pub parent: Link<NodeId>,
+    /// The first of its children.
+    first_child: Link<NodeId>,
     /// The slot of the vertex inside it, if a pixel was sampled there.
-    pub pixel_vertex: Option<SlotId>,
+    pub pixel_vertex: Link<SlotId>,
     /// Expected square error of interpolating direct D over it, (W·sr⁻¹·m⁻²)², from the surplus at the midpoints of its
     /// parent's edges: it holds in any view.
     pub direct_surplus: f32,
-    /// Its place in the indirect layer.
+    /// The error of interpolating indirect D over it.
     pub indirect: IndirectError,
-    next_on_edge: [Option<NodeId>; 3],
+    /// Whether indirect light is sampled at the midpoints of its edges: the indirect layer is split on its own account.
+    pub indirect_split: bool,
+    next_on_edge: [Link<NodeId>; 3],
 }
 
 /// The four children of a node, side by side: at its corners 0, 1, 2, and in the middle.
@@ -57,11 +59,9 @@ impl Children {
     }
 }
 
-/// A node in the indirect layer, which is split on its own account, and the error of interpolating it there.
+/// The error of interpolating indirect light over a node.
 #[derive(Clone, Copy, Debug)]
 pub struct IndirectError {
-    /// Whether indirect light is sampled at the midpoints of its edges.
-    pub split: bool,
     /// Expected square error of interpolating indirect D over it, (W·sr⁻¹·m⁻²)², as far as noise does not explain it;
     /// infinite while nothing tells.
     pub surplus: f32,
@@ -71,22 +71,35 @@ pub struct IndirectError {
 
 impl Default for IndirectError {
     fn default() -> Self {
-        Self { split: false, surplus: f32::INFINITY, doubt: f32::INFINITY }
+        Self { surplus: f32::INFINITY, doubt: f32::INFINITY }
     }
 }
 
 /// An edge between two vertices.
 #[derive(Clone, Debug)]
 struct Edge {
-    ends: [VertexId; 2],
+    /// One of its ends: the one that its first half begins at.
+    end: VertexId,
     /// Its midpoint, once a node beside it is split.
-    midpoint: Option<VertexId>,
-    /// Its halves, in the order of `ends`.
-    halves: Option<[EdgeId; 2]>,
-    /// The edge it is half of.
-    parent: Option<EdgeId>,
+    midpoint: Link<VertexId>,
+    /// The first of its halves, which are stored side by side.
+    first_half: Link<EdgeId>,
     /// First leaf beside it, linked through [`Node::next_on_edge`].
-    first: Option<NodeId>,
+    first: Link<NodeId>,
+}
+
+// There are two edges a leaf and more.
+const _: () = assert!(size_of::<Edge>() <= 16);
+
+impl Edge {
+    const fn new(end: VertexId) -> Self {
+        Self { end, midpoint: Link::NONE, first_half: Link::NONE, first: Link::NONE }
+    }
+
+    /// Its halves, if it has any; the first begins at `end`.
+    fn halves(&self) -> Option<[EdgeId; 2]> {
+        self.first_half.get().map(|first| [first, EdgeId(first.0 + 1)])
+    }
 }
 
 /// Nodes and edges.
@@ -102,7 +115,7 @@ impl Topology {
     /// Adds the root of a face.
     pub fn add_root(&mut self, face: FaceId, corners: [SlotId; 3], vertices: [VertexId; 3]) -> NodeId {
         let edges = [0, 1, 2].map(|i| self.base_edge(vertices[i], vertices[(i + 1) % 3]));
-        let root = self.nodes.insert(Node::new(corners, edges, face, None, 0));
+        let root = self.nodes.insert(Node::new(corners, edges, face, Link::NONE, 0));
         self.join_edges(root);
         root
     }
@@ -112,60 +125,53 @@ impl Topology {
         if let Some(&edge) = self.base_edges.get(&ends) {
             return edge;
         }
-        let edge = self.add_edge(ends, None);
+        let edge = self.edges.insert(Edge::new(ends[0]));
         self.base_edges.insert(ends, edge);
         edge
-    }
-
-    fn add_edge(&mut self, ends: [VertexId; 2], parent: Option<EdgeId>) -> EdgeId {
-        self.edges.insert(Edge { ends, midpoint: None, halves: None, parent, first: None })
     }
 
     /// Lists a new leaf beside its edges.
     fn join_edges(&mut self, id: NodeId) {
         let edges = self.nodes[id].edges;
         self.nodes[id].next_on_edge = edges.map(|edge| self.edges[edge].first);
-        edges.iter().for_each(|&edge| self.edges[edge].first = Some(id));
+        edges.iter().for_each(|&edge| self.edges[edge].first = id.into());
     }
 
     /// The leaves beside an edge.
     pub fn beside(&self, edge: EdgeId) -> impl Iterator<Item = NodeId> + '_ {
-        std::iter::successors(self.edges[edge].first, move |id| {
+        std::iter::successors(self.edges[edge].first.get(), move |id| {
             let node = &self.nodes[*id];
             let at = node.edges.iter().position(|&e| e == edge)?;
-            node.next_on_edge[at]
+            node.next_on_edge[at].get()
         })
     }
 
     /// The midpoint of an edge, if a node beside it has been split.
     #[must_use]
     pub fn midpoint(&self, edge: EdgeId) -> Option<VertexId> {
-        self.edges[edge].midpoint
-    }
-
-    /// The ends of an edge.
-    #[must_use]
-    pub fn ends(&self, edge: EdgeId) -> [VertexId; 2] {
-        self.edges[edge].ends
+        self.edges[edge].midpoint.get()
     }
 
     /// Notes the midpoint of an edge.
     pub fn set_midpoint(&mut self, edge: EdgeId, vertex: VertexId) {
-        self.edges[edge].midpoint = Some(vertex);
+        self.edges[edge].midpoint = vertex.into();
     }
 
     /// Coarser leaves beside a leaf, which must be split before it.
     #[must_use]
     pub fn coarser_neighbours(&self, node: NodeId) -> Vec<NodeId> {
-        let parents = self.nodes[node].edges.iter().filter_map(|e| self.edges[*e].parent);
-        parents.flat_map(|edge| self.beside(edge)).collect()
+        let Some(parent) = self.nodes[node].parent.get() else { return Vec::new() };
+        // A child at corner i has halves of the edges that meet there; the one in the middle has none.
+        let place = self.children(parent).position(|child| child == node).filter(|&place| place < 3);
+        let whole = place.into_iter().flat_map(|place| (0..3).filter(move |&at| at != (place + 1) % 3));
+        whole.flat_map(|at| self.beside(self.nodes[parent].edges[at])).collect()
     }
 
     /// Whether a node is a leaf beside one that is two levels finer, as it may be when its face is new.
     #[must_use]
     pub fn is_beside_much_finer(&self, node: NodeId) -> bool {
-        let halves = self.nodes[node].edges.iter().filter_map(|edge| self.edges[*edge].halves).flatten();
-        self.is_leaf(node) && halves.into_iter().any(|half| self.edges[half].midpoint.is_some())
+        let halves = self.nodes[node].edges.iter().filter_map(|edge| self.edges[*edge].halves()).flatten();
+        self.is_leaf(node) && halves.into_iter().any(|half| self.edges[half].midpoint.get().is_some())
     }
 
     /// Splits a leaf whose edges' midpoints are set; `middles[i]` is the slot in the middle of edge i.
@@ -174,7 +180,7 @@ impl Topology {
         self.leave_edges(id);
         let inner = [0, 1, 2].map(|i| {
             // Cuts corner i off: joins the middles of the edges that meet there.
-            self.add_edge([vertex_of(middles[i]), vertex_of(middles[(i + 2) % 3])], None)
+            self.edges.insert(Edge::new(vertex_of(middles[i])))
         });
         let at_corner = [0, 1, 2].map(|corner| {
             let before = (corner + 2) % 3;
@@ -184,31 +190,32 @@ impl Topology {
             slots[corner] = corners[corner];
             slots[(corner + 1) % 3] = middles[corner];
             slots[before] = middles[before];
-            sides[corner] = self.half(edges[corner], vertex_of(corners[corner]));
+            sides[corner] = self.half(edges[corner], [corner, (corner + 1) % 3].map(|end| vertex_of(corners[end])));
             sides[(corner + 1) % 3] = inner[corner];
-            sides[before] = self.half(edges[before], vertex_of(corners[corner]));
+            sides[before] = self.half(edges[before], [corner, before].map(|end| vertex_of(corners[end])));
             (slots, sides)
         });
         // Corners of the middle child: middles 0, 1, 2; its edge i joins middles i and i + 1 and cuts corner i + 1 off.
         let in_the_middle = (middles, [inner[1], inner[2], inner[0]]);
         let [a, b, c] = at_corner;
-        let child = |(slots, sides)| Node::new(slots, sides, face, Some(id), level + 1);
+        let child = |(slots, sides)| Node::new(slots, sides, face, id.into(), level + 1);
         let children = Children { first: self.nodes.insert_four([a, b, c, in_the_middle].map(child)) };
         children.all().into_iter().for_each(|child| self.join_edges(child));
-        self.nodes[id].children = Some(children);
+        self.nodes[id].first_child = children.first.into();
         children
     }
 
-    /// The half of an edge at one of its ends.
-    fn half(&mut self, edge: EdgeId, end: VertexId) -> EdgeId {
-        let Edge { ends, midpoint, halves, .. } = self.edges[edge].clone();
-        let halves = halves.unwrap_or_else(|| {
-            let middle = midpoint.unwrap_or(ends[0]);
-            let halves = ends.map(|e| self.add_edge([e, middle], Some(edge)));
-            self.edges[edge].halves = Some(halves);
+    /// The half of an edge at the first of its ends.
+    fn half(&mut self, edge: EdgeId, [end, other]: [VertexId; 2]) -> EdgeId {
+        let first = self.edges[edge].end;
+        let halves = self.edges[edge].halves().unwrap_or_else(|| {
+            let ends = if end == first { [end, other] } else { [other, end] };
+            let halves = ends.map(|end| self.edges.insert(Edge::new(end)));
+            debug_assert_eq!(halves[0].number() + 1, halves[1].number(), "edges are never given back");
+            self.edges[edge].first_half = halves[0].into();
             halves
         });
-        halves[usize::from(ends[0] != end)]
+        halves[usize::from(first != end)]
     }
 
     /// Takes a node that is no leaf any more off the lists of its edges.
@@ -232,13 +239,13 @@ impl Topology {
     /// The leaf of the indirect layer that a leaf is part of.
     #[must_use]
     pub fn indirect_leaf(&self, leaf: NodeId) -> NodeId {
-        let coarse = |id: &NodeId| self.nodes[*id].parent.filter(|p| !self.nodes[*p].indirect.split);
+        let coarse = |id: &NodeId| self.nodes[*id].parent.get().filter(|p| !self.nodes[*p].indirect_split);
         std::iter::successors(Some(leaf), coarse).last().unwrap_or(leaf)
     }
 
     /// The leaves of a tree in the indirect layer, depth first.
     pub fn indirect_leaves(&self, root: NodeId, out: &mut Vec<NodeId>) {
-        match self.nodes[root].children.filter(|_| self.nodes[root].indirect.split) {
+        match self.nodes[root].children().filter(|_| self.nodes[root].indirect_split) {
             None => out.push(root),
             Some(children) => children.all().into_iter().for_each(|child| self.indirect_leaves(child, out)),
         }
@@ -246,7 +253,7 @@ impl Topology {
 
     /// The leaves of a tree, depth first.
     pub fn leaves(&self, root: NodeId, out: &mut Vec<NodeId>) {
-        match self.nodes[root].children {
+        match self.nodes[root].children() {
             None => out.push(root),
             Some(children) => children.all().into_iter().for_each(|child| self.leaves(child, out)),
         }
@@ -255,24 +262,24 @@ impl Topology {
     /// Whether a node is a leaf.
     #[must_use]
     pub fn is_leaf(&self, id: NodeId) -> bool {
-        self.nodes[id].children.is_none()
+        self.nodes[id].is_leaf()
     }
 
     /// The children of a node; none of a leaf.
     pub fn children(&self, id: NodeId) -> impl Iterator<Item = NodeId> + use<> {
-        self.nodes[id].children.into_iter().flat_map(Children::all)
+        self.nodes[id].children().into_iter().flat_map(Children::all)
     }
 
     /// The slots in the middle of a split node's edges: the corners of its middle child.
     #[must_use]
     pub fn middles(&self, id: NodeId) -> Option<[SlotId; 3]> {
-        self.nodes[id].children.map(|children| self.nodes[children.middle()].corners)
+        self.nodes[id].children().map(|children| self.nodes[children.middle()].corners)
     }
 
-    /// Bytes held.
+    /// Bytes held for edges.
     #[must_use]
-    pub fn bytes(&self) -> usize {
-        self.nodes.bytes() + self.edges.bytes() + self.base_edges.capacity() * 24
+    pub fn edge_bytes(&self) -> usize {
+        self.edges.bytes() + map_bytes(&self.base_edges)
     }
 
     /// Checks the structure: shared midpoints, orientation of halves, neighbours within one level.
@@ -280,23 +287,24 @@ impl Topology {
     /// # Panics
     /// If a rule is broken (debug builds and tests call it).
     pub fn validate(&self, vertex_of: impl Fn(SlotId) -> VertexId) {
+        let mut ends_of = Table::<EdgeId, Option<[VertexId; 2]>>::default();
         for id in self.nodes.ids() {
             let (i, node) = (id.0, &self.nodes[id]);
             for (at, &edge) in node.edges.iter().enumerate() {
                 let mut ends = [vertex_of(node.corners[at]), vertex_of(node.corners[(at + 1) % 3])];
-                let mut known = self.edges[edge].ends;
                 ends.sort_unstable();
-                known.sort_unstable();
-                assert_eq!(ends, known, "node {i}: edge {at} joins its corners");
-                let listed = self.beside(edge).any(|n| n.0 == i);
-                assert_eq!(listed, node.children.is_none(), "node {i}: exactly leaves are listed beside their edges");
-                assert!(
-                    node.children.is_none() || self.edges[edge].midpoint.is_some(),
-                    "node {i}: split through midpoints"
+                assert_eq!(
+                    *ends_of[edge].get_or_insert(ends),
+                    ends,
+                    "node {i}: edge {at} joins the same corners for all"
                 );
-                if node.children.is_none() {
-                    let finer = self.edges[edge].halves.iter().flatten();
-                    let deepest = finer.filter(|h| self.edges[**h].midpoint.is_some()).count();
+                assert!(ends.contains(&self.edges[edge].end), "node {i}: edge {at} joins its corners");
+                let listed = self.beside(edge).any(|n| n.0 == i);
+                assert_eq!(listed, node.is_leaf(), "node {i}: exactly leaves are listed beside their edges");
+                assert!(node.is_leaf() || self.midpoint(edge).is_some(), "node {i}: split through midpoints");
+                if node.is_leaf() {
+                    let finer = self.edges[edge].halves().into_iter().flatten();
+                    let deepest = finer.filter(|&half| self.midpoint(half).is_some()).count();
                     assert_eq!(deepest, 0, "node {i}: a neighbour is two levels finer");
                 }
             }
@@ -305,23 +313,36 @@ impl Topology {
 }
 
 impl Node {
-    fn new(corners: [SlotId; 3], edges: [EdgeId; 3], face: FaceId, parent: Option<NodeId>, level: u8) -> Self {
+    fn new(corners: [SlotId; 3], edges: [EdgeId; 3], face: FaceId, parent: Link<NodeId>, level: u8) -> Self {
         Self {
             corners,
             edges,
             face,
             level,
             parent,
-            children: None,
-            pixel_vertex: None,
+            first_child: Link::NONE,
+            pixel_vertex: Link::NONE,
             direct_surplus: 0.0,
             indirect: IndirectError::default(),
-            next_on_edge: [None; 3],
+            indirect_split: false,
+            next_on_edge: [Link::NONE; 3],
         }
     }
 
+    /// Its children; none of a leaf.
+    #[must_use]
+    pub fn children(&self) -> Option<Children> {
+        self.first_child.get().map(|first| Children { first })
+    }
+
+    /// Whether it is a leaf.
+    #[must_use]
+    pub fn is_leaf(&self) -> bool {
+        self.first_child.get().is_none()
+    }
+
     fn next_on(&self, edge: EdgeId) -> Option<NodeId> {
-        self.edges.iter().position(|&e| e == edge).and_then(|at| self.next_on_edge[at])
+        self.edges.iter().position(|&e| e == edge).and_then(|at| self.next_on_edge[at].get())
     }
 }
 
@@ -377,7 +398,7 @@ mod tests {
         let whole = area(square.cache.corner_positions(root));
         for child in topology.children(root) {
             assert_eq!(area(square.cache.corner_positions(child)), whole / 4.0);
-            assert_eq!((topology.nodes[child].level, topology.nodes[child].parent), (1, Some(root)));
+            assert_eq!((topology.nodes[child].level, topology.nodes[child].parent.get()), (1, Some(root)));
         }
         assert!(!topology.is_leaf(root) && topology.children(root).all(|child| topology.is_leaf(child)));
     }
@@ -397,11 +418,10 @@ mod tests {
         square.split(square.roots[1]);
         let topology = &square.cache.topology;
         assert_eq!(topology.beside(diagonal).count(), 0);
-        let ends = topology.ends(diagonal);
-        let middle = topology.midpoint(diagonal).expect("split");
-        for half in topology.edges[diagonal].halves.expect("split") {
-            let [a, b] = topology.ends(half);
-            assert!(ends.contains(&a) && b == middle, "from an end to the middle");
+        let corners = [0, 2].map(|corner| topology.nodes[square.roots[0]].corners[corner]);
+        let ends = corners.map(|slot| square.cache.slots[slot].vertex);
+        for half in topology.edges[diagonal].halves().expect("split") {
+            assert!(ends.contains(&topology.edges[half].end), "from an end to the middle");
             assert_eq!(topology.beside(half).count(), 2, "a child of either side");
         }
     }
@@ -419,7 +439,7 @@ mod tests {
             leaves
         };
         assert_eq!((listed(&square), square.cache.topology.indirect_leaf(leaf)), (vec![root], root));
-        square.cache.topology.nodes[root].indirect.split = true;
+        square.cache.topology.nodes[root].indirect_split = true;
         let children: Vec<NodeId> = square.cache.topology.children(root).collect();
         assert_eq!(listed(&square), children);
         assert!(children.contains(&square.cache.topology.indirect_leaf(leaf)));

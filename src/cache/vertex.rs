@@ -1,6 +1,6 @@
 //! Vertices: where light is sampled.
 
-use super::ids::SlotId;
+use super::ids::{Link, SlotId};
 use super::weld::Group;
 use crate::geom::offset;
 use crate::light::context::ShadingPoint;
@@ -26,7 +26,7 @@ pub struct Vertex {
     /// Whether all facets around it have its normal.
     flat: bool,
     /// First of its slots, linked through [`super::slot::SlotRecord::next`].
-    pub first_slot: Option<SlotId>,
+    pub first_slot: Link<SlotId>,
     /// How far its sampling has come.
     pub progress: Progress,
 }
@@ -139,7 +139,7 @@ impl Vertex {
             inward: Vec3::ZERO,
             lift: 0.0,
             flat: false,
-            first_slot: None,
+            first_slot: Link::NONE,
             progress: Progress::default(),
         }
     }

@@ -4,6 +4,9 @@
 //! Most of a hundred lamps hang behind something. Where twenty vertices found a lamp hidden, the next need not ask.
 //! Counts by cell, side and light give the odds, those of a larger cell as the prior of the smaller one's.
 
+use super::ids::CountId;
+use super::pool::map_bytes;
+use super::sparse::Sparse;
 use super::vertex::Vertex;
 use crate::math::nearest_axis;
 use glam::IVec3;
@@ -39,15 +42,15 @@ type Key = (u8, IVec3, u8);
 #[derive(Clone, Debug, Default)]
 pub struct VisibilityPrior {
     cells: FxHashMap<Key, u32>,
-    /// By cell, then light.
-    counts: Vec<Count>,
-    lights: usize,
+    /// By cell, then light: most cells have traced few lights.
+    counts: Sparse<CountId, Count>,
+    lights: u32,
     scale: f32,
 }
 
 impl VisibilityPrior {
     pub(super) fn new(lights: usize, scale: f32) -> Self {
-        Self { lights, scale, ..Self::default() }
+        Self { lights: lights as u32, scale, ..Self::default() }
     }
 
     /// The cells of a vertex, as far as anything was found in them.
@@ -58,7 +61,7 @@ impl VisibilityPrior {
     /// Share of a light that a place may be expected to see: between 0 and 1, neither.
     pub(super) fn at(&self, place: PriorCells, light: u32) -> f32 {
         let refine = |odds: f32, (cell, prior): (&Option<u32>, f32)| {
-            let count = cell.map_or(Count::default(), |cell| self.counts[self.index(cell, light)]);
+            let count = cell.map_or(Count::default(), |cell| self.counts.get(self.index(cell, light)));
             (count.seen + odds * prior) / (count.traced + prior)
         };
         place.cells.iter().zip(PRIOR).fold(UNKNOWN, refine)
@@ -68,30 +71,26 @@ impl VisibilityPrior {
     pub(super) fn cells(&mut self, vertex: &Vertex) -> [u32; SIZES] {
         [0, 1, 2].map(|size| {
             let next = self.cells.len() as u32;
-            let cell = *self.cells.entry(self.key(size, vertex)).or_insert(next);
-            if cell == next {
-                self.counts.resize((next as usize + 1) * self.lights, Count::default());
-            }
-            cell
+            *self.cells.entry(self.key(size, vertex)).or_insert(next)
         })
     }
 
     /// Takes in which share of a light a vertex in some cells has found visible.
     pub(super) fn note(&mut self, cells: [u32; SIZES], light: u32, fraction: f32) {
         for cell in cells {
-            let index = self.index(cell, light);
-            self.counts[index].traced += 1.0;
-            self.counts[index].seen += fraction;
+            let count = self.counts.entry(self.index(cell, light));
+            count.traced += 1.0;
+            count.seen += fraction;
         }
     }
 
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        self.cells.capacity() * size_of::<(Key, u32)>() + self.counts.capacity() * size_of::<Count>()
+        map_bytes(&self.cells) + self.counts.bytes()
     }
 
-    fn index(&self, cell: u32, light: u32) -> usize {
-        cell as usize * self.lights + light as usize
+    fn index(&self, cell: u32, light: u32) -> CountId {
+        CountId(cell * self.lights + light)
     }
 
     fn key(&self, size: usize, vertex: &Vertex) -> Key {

@@ -15,7 +15,7 @@ pub struct Visibility {
     newest: [u32; 2],
     /// How the value came about.
     pub origin: Origin,
-    /// Visible fraction where it was taken over from coarser vertices, in 1/255.
+    /// Visible fraction where it was taken over from coarser vertices, in [`GUESSES`] parts.
     inherited: u8,
 }
 
@@ -36,6 +36,28 @@ pub enum Origin {
 /// How many points a [`Visibility`] remembers one by one; older ones live on in the sums.
 pub const REMEMBERED: u32 = u64::BITS;
 
+/// Parts in which a guessed fraction is kept: as many as there are bytes for.
+const GUESSES: u8 = BYTES - FIRST_GUESS - 1;
+/// The byte of the guess that nothing is visible, after those of nothing known, of one hidden and one visible point, and of
+/// no and full visibility inferred.
+const FIRST_GUESS: u8 = 5;
+/// Bytes that say what is known, from 0 on.
+pub const BYTES: u8 = 253;
+/// Bits of a word that hold the number of points, and how many the others hold.
+const COUNT_BITS: u32 = 6;
+const POINTS_A_WORD: u32 = u64::BITS - COUNT_BITS;
+
+/// The shortest form that holds a [`Visibility`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stored {
+    /// Less than [`BYTES`].
+    Byte(u8),
+    /// The number of points in the low bits, what each found above them, the newest lowest.
+    Word(u64),
+    /// None shorter than itself.
+    Whole,
+}
+
 /// Guessed fraction below which light counts as hidden for the most part.
 const UNLIKELY: f32 = 0.5;
 
@@ -43,7 +65,46 @@ impl Visibility {
     /// A value taken over, not traced.
     #[must_use]
     pub fn taken_over(origin: Origin, fraction: f32) -> Self {
-        Self { points: 0, hits: 0, newest: [0; 2], origin, inherited: (fraction * 255.0).round() as u8 }
+        Self { points: 0, hits: 0, newest: [0; 2], origin, inherited: (fraction * f32::from(GUESSES)).round() as u8 }
+    }
+
+    /// The shortest form that holds it.
+    #[must_use]
+    pub fn stored(self) -> Stored {
+        match (self.origin, self.points) {
+            (Origin::Unknown, _) => Stored::Byte(0),
+            (Origin::Sampled, 1) => Stored::Byte(1 + self.hits as u8),
+            (Origin::Inferred, _) if self.inherited == 0 => Stored::Byte(3),
+            (Origin::Inferred, _) if self.inherited == GUESSES => Stored::Byte(4),
+            (Origin::Deferred, _) => Stored::Byte(FIRST_GUESS + self.inherited),
+            (Origin::Sampled, points) if points <= POINTS_A_WORD => {
+                Stored::Word(self.mask() << COUNT_BITS | u64::from(points))
+            }
+            _ => Stored::Whole,
+        }
+    }
+
+    /// What a [`Stored::Byte`] says.
+    #[must_use]
+    pub fn of_byte(byte: u8) -> Self {
+        match byte {
+            0 => Self::default(),
+            1 | 2 => {
+                let hits = u32::from(byte - 1);
+                Self { points: 1, hits, newest: [hits, 0], origin: Origin::Sampled, inherited: 0 }
+            }
+            3 => Self { origin: Origin::Inferred, ..Self::default() },
+            4 => Self { origin: Origin::Inferred, inherited: GUESSES, ..Self::default() },
+            _ => Self { origin: Origin::Deferred, inherited: byte - FIRST_GUESS, ..Self::default() },
+        }
+    }
+
+    /// What a [`Stored::Word`] says.
+    #[must_use]
+    pub const fn of_word(word: u64) -> Self {
+        let (points, mask) = ((word & ((1 << COUNT_BITS) - 1)) as u32, word >> COUNT_BITS);
+        let newest = [mask as u32, (mask >> 32) as u32];
+        Self { points, hits: mask.count_ones(), newest, origin: Origin::Sampled, inherited: 0 }
     }
 
     /// Notes the visibility of the next point.
@@ -81,7 +142,7 @@ impl Visibility {
     #[must_use]
     pub fn fraction(self) -> f32 {
         if self.origin != Origin::Sampled {
-            return f32::from(self.inherited) / 255.0;
+            return f32::from(self.inherited) / f32::from(GUESSES);
         }
         self.hits as f32 / self.points.max(1) as f32
     }

@@ -84,7 +84,7 @@ impl Engine {
             Task::SamplePixel(id) => self.cache.topology.is_leaf(id).then(|| model.pixel_sample_key(id)),
             Task::TraceDeferred(id) | Task::DoublePoints(id) => Some(model.vertex_key(id, self.rays_of(task))),
             Task::Gather(id) => Some(model.gather_key(id)),
-            Task::RefineIndirect(id) => (!self.cache.topology.nodes[id].indirect.split).then(|| model.refine_key(id)),
+            Task::RefineIndirect(id) => (!self.cache.topology.nodes[id].indirect_split).then(|| model.refine_key(id)),
             Task::FirstVisit(_) | Task::CheckPixels(_) => None,
         }
     }

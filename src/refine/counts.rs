@@ -49,7 +49,7 @@ impl Engine {
 
     /// Whether a node is a drawn leaf of the present view.
     fn is_seen(&self, id: NodeId) -> bool {
-        !self.cache.drawn.of_node(id).is_empty() && self.view.sees(id)
+        self.cache.drawn.is_drawn(id) && self.view.sees(id)
     }
 
     /// Whether a leaf has other pixels than it was thought to have.

@@ -147,7 +147,7 @@ impl ErrorModel<'_> {
             let j = (i + 1) % 3;
             contrast = contrast.max(if covered[i] == covered[j] { michelson(shown[i], shown[j]) } else { 1.0 });
         }
-        if let Some(inner) = node.pixel_vertex {
+        if let Some(inner) = node.pixel_vertex.get() {
             let inner = self.shown(node.face, inner);
             contrast = shown.iter().fold(contrast, |most, corner| most.max(michelson(*corner, inner)));
         }

@@ -44,7 +44,7 @@ impl Engine {
         !self.options.without.has(Piece::Highlights)
             && self.view.leaves[id].pixels > 0.0
             && self.view.sees(id)
-            && slots.iter().all(|slot| slot.direct.known && slot.shininess.is_some())
+            && slots.iter().all(|slot| slot.direct.known && slot.shininess().is_some())
     }
 
     fn hidden_highlight(&self, id: NodeId) -> Hidden {
@@ -52,7 +52,7 @@ impl Engine {
         let corners = slots.map(|slot| &self.cache.slots[slot]);
         let vertices = corners.map(|slot| slot.vertex);
         let shown = slots.map(|slot| luminance(self.view.specular[slot].direct));
-        let shininess = corners[0].shininess.unwrap_or(0.0);
+        let shininess = corners[0].shininess().unwrap_or(0.0);
         let positions = self.cache.corner_positions(id);
         let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.view.eye);
         let floor = FLOOR * self.image.mean() + shown.iter().fold(f32::INFINITY, |m, &s| m.min(s));

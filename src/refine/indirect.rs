@@ -44,7 +44,7 @@ impl Engine {
         for node in self.nodes_around(&slots) {
             let leaf = self.cache.topology.indirect_leaf(node);
             leaves.push(leaf);
-            let up = |&id: &NodeId| self.cache.topology.nodes[id].parent;
+            let up = |&id: &NodeId| self.cache.topology.nodes[id].parent.get();
             parents.extend(std::iter::successors(up(&leaf), up));
         }
         parents.sort_unstable();
@@ -230,7 +230,7 @@ impl Engine {
         let unmeasured = self.error_model().unmeasured(id);
         let node = &mut self.cache.topology.nodes[id];
         let expected = if node.indirect.doubt.is_finite() { node.indirect.doubt } else { unmeasured };
-        node.indirect.split = true;
+        node.indirect_split = true;
         for vertex in node.edges.map(|edge| self.cache.topology.midpoint(edge)).into_iter().flatten() {
             self.cache.indirect.note_expected(vertex, expected);
         }
@@ -251,7 +251,7 @@ impl Engine {
         let Some(middles) = self.cache.topology.middles(parent) else { return Vec::new() };
         let Some(error) = self.error_model().indirect_surplus(parent, middles) else { return Vec::new() };
         let [surplus, doubt] = error.map(|e| e * CHILD);
-        let is_leaf = |&child: &NodeId| !self.cache.topology.nodes[child].indirect.split;
+        let is_leaf = |&child: &NodeId| !self.cache.topology.nodes[child].indirect_split;
         let leaves: Vec<NodeId> = self.cache.topology.children(parent).filter(is_leaf).collect();
         for &child in &leaves {
             let node = &mut self.cache.topology.nodes[child].indirect;

@@ -228,7 +228,7 @@ impl ErrorModel<'_> {
 
     /// Whether a vertex is a corner of the scene's triangles.
     fn is_base(&self, id: VertexId) -> bool {
-        self.cache.vertices[id].first_slot.is_none_or(|slot| self.cache.slots[slot].is_base())
+        self.cache.vertices[id].first_slot.get().is_none_or(|slot| self.cache.slots[slot].is_base())
     }
 
     /// What shows of a sampled vertex in leaves of the indirect layer that it is no corner of: it lies on an edge of

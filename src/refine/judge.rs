@@ -54,7 +54,7 @@ impl Engine {
     /// Measures what the parents of leaves were split for by what is known there now, since the first look was a
     /// noisy one, and adds the leaves beside that are judged by it, too.
     fn measure_around(&mut self, leaves: &mut Vec<NodeId>) {
-        let parent = |&leaf: &NodeId| self.cache.topology.nodes[leaf].parent;
+        let parent = |&leaf: &NodeId| self.cache.topology.nodes[leaf].parent.get();
         let mut parents: Vec<NodeId> = leaves.iter().filter_map(parent).collect();
         parents.sort_unstable();
         parents.dedup();
@@ -112,7 +112,7 @@ impl Engine {
         self.enqueue(leaves);
         let of_leaf = |&leaf: &NodeId| {
             let node = &self.cache.topology.nodes[leaf];
-            node.corners.into_iter().chain(node.pixel_vertex)
+            node.corners.into_iter().chain(node.pixel_vertex.get())
         };
         let slots: Vec<SlotId> = leaves.iter().flat_map(of_leaf).collect();
         self.enqueue_vertices(&slots);

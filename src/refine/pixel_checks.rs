@@ -176,7 +176,7 @@ impl ErrorModel<'_> {
         let (node, leaf) = (&self.cache.topology.nodes[id], &self.view.leaves[id]);
         self.options.priority == Priority::Error
             && !self.lacks(Piece::Checks)
-            && node.children.is_none()
+            && node.is_leaf()
             && leaf.visible
             && (!leaf.checked || leaf.checks > 0)
             && self.view.span(id).is_some_and(|span| !span.is_empty())

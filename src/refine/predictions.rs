@@ -52,7 +52,7 @@ impl Predictions {
         }
         self.add_ancestors(cache, &mut added);
         if !added.is_empty() {
-            let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.map_or(0, |slot| cache.slots[slot].rank);
+            let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.get().map_or(0, |slot| cache.slots[slot].rank);
             self.base.extend(added.into_iter().map(|vertex| Reverse((rank(vertex), vertex))));
             self.base.sort();
         }

@@ -2,8 +2,10 @@
 
 use super::update::{Patch, Slot, Update};
 use super::view::ViewState;
+use crate::cache::drawn_mesh::OfNode;
 use crate::cache::ids::{DrawnId, NodeId, SlotId};
-use crate::cache::pool::{Sparse, Table};
+use crate::cache::pool::Table;
+use crate::cache::sparse::Sparse;
 use crate::cache::store::Cache;
 use std::collections::VecDeque;
 
@@ -34,7 +36,7 @@ impl Publisher {
 
     /// Notes that a node's triangles must be drawn anew; a node that never was drawn is part of one that was.
     pub fn note_redraw(&mut self, cache: &Cache, node: NodeId) {
-        if !cache.drawn.of_node(node).is_empty() {
+        if cache.drawn.is_drawn(node) {
             self.redraw.push(node);
         }
     }
@@ -46,7 +48,7 @@ impl Publisher {
     }
 
     /// Takes the triangles of a node out of use: the update in the making replaces them.
-    fn retire(&mut self, cache: &mut Cache, node: NodeId) -> Vec<DrawnId> {
+    fn retire(&mut self, cache: &mut Cache, node: NodeId) -> OfNode {
         let old = cache.drawn.retire(node);
         self.retired.extend(old.iter().map(|&drawn| (self.sequence + 1, drawn)));
         old
@@ -60,7 +62,7 @@ impl Publisher {
 
     /// Draws a leaf of a face that came into view, if it never was.
     pub fn draw_revealed(&mut self, cache: &mut Cache, view: &ViewState, leaf: NodeId) {
-        if cache.drawn.of_node(leaf).is_empty() {
+        if !cache.drawn.is_drawn(leaf) {
             self.draw(cache, view, leaf);
             self.revealed.push(leaf);
         }
@@ -68,7 +70,7 @@ impl Publisher {
 
     /// Notes that a leaf that shows a pixel of another view must be drawn anew.
     pub fn note_outdated(&mut self, cache: &Cache, leaf: NodeId) {
-        let is_flat = |&drawn: &DrawnId| cache.drawn.triangles[drawn].triangle.flat.is_some();
+        let is_flat = |&drawn: &DrawnId| cache.drawn.triangles[drawn].flat.get().is_some();
         if cache.drawn.of_node(leaf).iter().any(is_flat) {
             self.redraw.push(leaf);
         }
@@ -100,8 +102,8 @@ impl Publisher {
             for leaf in leaves {
                 self.draw(cache, view, leaf);
                 list(cache, &mut update, leaf);
-                let drawn = cache.drawn.of_node(leaf).iter();
-                fresh.extend(drawn.flat_map(|&drawn| cache.drawn.triangles[drawn].triangle.all_slots()));
+                let drawn = cache.drawn.of_node(leaf).into_iter();
+                fresh.extend(drawn.flat_map(|drawn| cache.drawn.triangles[drawn].all_slots()));
             }
             let end = update.patch_triangles.len() as u32;
             let face = cache.topology.nodes[node].face;
@@ -152,8 +154,8 @@ impl Publisher {
 
 /// Lists a leaf's triangles with their definitions.
 fn list(cache: &Cache, update: &mut Update, node: NodeId) {
-    for &drawn in cache.drawn.of_node(node) {
-        update.drawn_triangles.push((drawn, cache.drawn.triangles[drawn].triangle));
+    for drawn in cache.drawn.of_node(node) {
+        update.drawn_triangles.push((drawn, cache.drawn_triangle(drawn)));
         update.patch_triangles.push(drawn);
     }
 }

@@ -156,7 +156,7 @@ impl ViewState {
     #[must_use]
     pub fn pixel_slot(&self, cache: &Cache, leaf: NodeId) -> Option<SlotId> {
         let is_there = self.leaves[leaf].sampled && self.is_one_pixel(leaf);
-        cache.topology.nodes[leaf].pixel_vertex.filter(|_| is_there)
+        cache.topology.nodes[leaf].pixel_vertex.get().filter(|_| is_there)
     }
 
     /// The leaves of the faces in view.
@@ -170,7 +170,7 @@ impl ViewState {
     /// Pixels of the leaves of a node.
     #[must_use]
     pub fn pixels_below(&self, cache: &Cache, id: NodeId) -> f32 {
-        match cache.topology.nodes[id].children {
+        match cache.topology.nodes[id].children() {
             None => self.leaves[id].pixels,
             Some(children) => children.all().into_iter().map(|child| self.pixels_below(cache, child)).sum(),
         }
@@ -192,7 +192,7 @@ impl ViewState {
         (span, share): (Option<Span>, f32),
         leaves: &mut Vec<NodeId>,
     ) {
-        let Some(children) = cache.topology.nodes[id].children else {
+        let Some(children) = cache.topology.nodes[id].children() else {
             self.show(id, span, share);
             return leaves.push(id);
         };

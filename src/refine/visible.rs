@@ -72,7 +72,7 @@ impl Engine {
         // S of those known is for another eye; a move evaluates all that is glossy.
         let is_due = |&slot: &SlotId| {
             let record = &self.cache.slots[slot];
-            !record.direct.known || (turns && record.shininess.is_some())
+            !record.direct.known || (turns && record.shininess().is_some())
         };
         let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
         self.evaluate(&due);
@@ -112,7 +112,7 @@ impl Engine {
 
     /// Makes the vertex inside a leaf worth nothing: it lies where another view saw it.
     pub(super) fn forget_inside(&mut self, leaf: NodeId) {
-        if let Some(slot) = self.cache.topology.nodes[leaf].pixel_vertex {
+        if let Some(slot) = self.cache.topology.nodes[leaf].pixel_vertex.get() {
             self.view.vertices[self.cache.slots[slot].vertex] = VertexView::default();
         }
     }
@@ -133,7 +133,7 @@ impl Engine {
     /// Slots that leaves are drawn with.
     fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
         let drawn = leaves.iter().flat_map(|&leaf| self.cache.drawn.of_node(leaf));
-        let slots = drawn.flat_map(|&drawn| self.cache.drawn.triangles[drawn].triangle.all_slots());
+        let slots = drawn.flat_map(|drawn| self.cache.drawn.triangles[drawn].all_slots());
         let mut slots: Vec<SlotId> = slots.collect();
         slots.sort_unstable();
         slots.dedup();
@@ -162,7 +162,7 @@ impl Engine {
         let glossy = self.view.faces.all().iter().filter(is_glossy);
         glossy.for_each(|face| self.cache.topology.leaves(face.root, &mut leaves));
         let mut slots = self.drawn_slots(&leaves);
-        slots.retain(|&slot| self.cache.slots[slot].shininess.is_some());
+        slots.retain(|&slot| self.cache.slots[slot].shininess().is_some());
         self.evaluate(&slots);
         self.refresh_unseen(&slots);
     }
