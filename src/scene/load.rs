@@ -1,12 +1,13 @@
 //! Loading a scene: a scene file or a bare OBJ, its materials and textures; every fault with its place.
 
 use super::coplanar::Coplanar;
+use super::geometry::Geometry;
 use super::input::{self, Kind};
 use super::light::Light;
-use super::material::{Material, MaterialId, TextureMap};
+use super::material::{Material, TextureMap};
 use super::material_library::MaterialLibrary;
-use super::obj::{self, SKIP, Soup};
-use super::obj_text::{Named, ObjText};
+use super::obj::{SKIP, Soup};
+use super::obj_text::{Named, ObjMesh};
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::subject::Subject;
@@ -57,13 +58,13 @@ impl Counts {
 /// Wall time of the stages; textures and geometry run side by side.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timings {
-    /// Reading the files and checking their text.
+    /// Reading the files.
     pub text: Duration,
     /// MTL files.
     pub materials: Duration,
     /// Decoding textures.
     pub textures: Duration,
-    /// Parsing the checked text, welding, cutting polygons.
+    /// Welding, cutting polygons.
     pub geometry: Duration,
     /// Normals, lights, cameras.
     pub finish: Duration,
@@ -85,6 +86,15 @@ pub fn load(path: &Path) -> Result<Loaded> {
 /// # Errors
 /// Those of [`load`]; [`Error::Usage`] where a scene file comes with `up`.
 pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
+    load_beside(path, up, |_| {})
+}
+
+/// Loads as [`load_with`], and hands out where the triangles are as soon as that is known: what needs no more can be made beside the
+/// rest of the loading. The scene may be refused nevertheless.
+///
+/// # Errors
+/// Those of [`load_with`].
+pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Geometry) + Send) -> Result<Loaded> {
     let start = Instant::now();
     let main = open(path, up)?;
     let (description, mut report) = main.describe(path, DVec3::ZERO);
@@ -101,20 +111,19 @@ pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
     let slots: Vec<Slots> =
         files.iter().zip(&named).map(|(file, named)| resolve(file, named, &mut library, &mut report)).collect();
     timings.materials = start.elapsed() - timings.text;
-    let (decoded, soup) = rayon::join(|| decode(&library), || assemble(&files, &slots, &library.painted));
+    let (decoded, soup) = rayon::join(|| decode(&library), || assemble(&files, &slots, &library.painted, on_geometry));
     let ((images, ids, image_report), spent) = decoded;
     timings.textures = spent;
-    let (soup, geometry_report, spent) = soup;
+    let (soup, spent) = soup;
     timings.geometry = spent;
     let finish = Instant::now();
     let scene_materials = build_materials(&library, &ids, &mut report);
     report.faults.extend(image_report.faults);
-    report.faults.extend(geometry_report.faults);
     let counts = Counts {
         drawn: soup.triangles.len(),
         zero_area: soup.zero_area,
         see_through: soup.skipped,
-        dropped_faces: files.iter().map(|f| f.text.dropped_faces).sum(),
+        dropped_faces: files.iter().map(|f| f.mesh.dropped_faces).sum(),
     };
     if counts.drawn == 0 && !files.is_empty() {
         report.error(path, None, nothing_to_draw(&counts));
@@ -179,10 +188,10 @@ impl Main {
     }
 }
 
-/// An OBJ file after its first pass.
+/// An OBJ file.
 struct ObjFile {
     path: PathBuf,
-    text: ObjText,
+    mesh: ObjMesh,
 }
 
 /// The OBJ files that can be read, with their bytes.
@@ -209,9 +218,9 @@ fn read_objs(main: &Path, description: &Description, report: &mut Report) -> (Ve
 }
 
 fn parse_objs(paths: Vec<PathBuf>, bytes: Vec<Vec<u8>>, origin: DVec3, report: &mut Report) -> Vec<ObjFile> {
-    let parse = |(path, bytes): (PathBuf, Vec<u8>)| ObjFile { text: ObjText::read(&path, &bytes, origin), path };
+    let parse = |(path, bytes): (PathBuf, Vec<u8>)| ObjFile { mesh: ObjMesh::read(&path, &bytes, origin), path };
     let mut files: Vec<ObjFile> = paths.into_par_iter().zip(bytes).map(parse).collect();
-    files.iter_mut().for_each(|file| report.faults.append(&mut file.text.report.faults));
+    files.iter_mut().for_each(|file| report.faults.append(&mut file.mesh.report.faults));
     files
 }
 
@@ -239,18 +248,18 @@ struct Slots {
 
 /// Where the material library has the materials of an OBJ, by their numbers.
 fn find_materials(file: &ObjFile, library: &mut MaterialLibrary, report: &mut Report) -> Vec<Option<usize>> {
-    let library = library.open_libraries(&file.path, &file.text.libraries, report);
-    file.text.materials.iter().map(|named| library.find(&named.name)).collect()
+    let library = library.open_libraries(&file.path, &file.mesh.libraries, report);
+    file.mesh.materials.iter().map(|named| library.find(&named.name)).collect()
 }
 
 /// The materials that faces use.
 fn in_use(files: &[ObjFile], named: &[Vec<Option<usize>>]) -> impl Iterator<Item = usize> {
-    let has_faces = files.iter().flat_map(|file| &file.text.has_faces);
+    let has_faces = files.iter().flat_map(|file| &file.mesh.has_faces);
     has_faces.zip(named.iter().flatten()).filter_map(|(has_faces, index)| index.filter(|_| *has_faces))
 }
 
 fn resolve(file: &ObjFile, named: &[Option<usize>], library: &mut MaterialLibrary, report: &mut Report) -> Slots {
-    let coloured = file.text.has_colours;
+    let coloured = !file.mesh.colours.is_empty();
     let stand_in = if coloured { "the vertex colours are" } else { "grey is" };
     let slot = |(named, index): (&Named, &Option<usize>)| match index {
         Some(index) => library.slot(*index, coloured, report),
@@ -260,22 +269,15 @@ fn resolve(file: &ObjFile, named: &[Option<usize>], library: &mut MaterialLibrar
             library.grey(&named.name, coloured)
         }
     };
-    let of_material: Vec<u32> = file.text.materials.iter().zip(named).map(slot).collect();
-    // `tobj` names no material only before the first `usemtl`.
-    let no_material =
-        if starts_without_material(&file.text.faces) { library.grey("no material", coloured) } else { SKIP };
+    let of_material: Vec<u32> = file.mesh.materials.iter().zip(named).map(slot).collect();
+    let starts_without = file.mesh.faces.first().is_some_and(|face| face.material.is_none());
+    let no_material = if starts_without { library.grey("no material", coloured) } else { SKIP };
     let is_painted = |&slot: &u32| library.painted.get(slot as usize).is_some_and(|&painted| painted);
     if coloured && !of_material.iter().chain([&no_material]).any(is_painted) {
         let message = "the vertex colours are not used: every material has its own Kd or map_Kd";
         report.warn(&file.path, None, message);
     }
     Slots { of_material, no_material }
-}
-
-/// Whether a face stands before the first `usemtl` of the checked text.
-fn starts_without_material(faces: &[u8]) -> bool {
-    let after_library = memchr::memchr(b'\n', faces).map_or(0, |end| end + 1);
-    faces.get(after_library) == Some(&b'f')
 }
 
 type Decoded = ((Vec<Texture>, Vec<Option<TextureMap>>, Report), Duration);
@@ -288,19 +290,20 @@ fn decode(library: &MaterialLibrary) -> Decoded {
     ((images, ids, report), start.elapsed())
 }
 
-fn assemble(files: &[ObjFile], slots: &[Slots], painted: &[bool]) -> (Soup, Report, Duration) {
+fn assemble(
+    files: &[ObjFile],
+    slots: &[Slots],
+    painted: &[bool],
+    on_geometry: impl FnOnce(&Geometry),
+) -> (Soup, Duration) {
     let start = Instant::now();
-    let mut report = Report::default();
     let mut soup = Soup::default();
-    let parsed: Vec<_> = files.par_iter().map(|file| obj::parse(&file.text)).collect();
-    for ((models, file), slots) in parsed.into_iter().zip(files).zip(slots) {
-        match models {
-            Ok(models) => soup.add(&models, &slots.of_material, slots.no_material, painted),
-            Err(error) => report.error(&file.path, None, format!("cannot be read: {error}")),
-        }
+    for (file, slots) in files.iter().zip(slots) {
+        soup.add(&file.mesh, &slots.of_material, slots.no_material, painted);
     }
-    soup.complete_colours();
-    (soup, report, start.elapsed())
+    soup.complete();
+    on_geometry(&soup.geometry());
+    (soup, start.elapsed())
 }
 
 /// The materials of all slots; `ids` answers the requests of the drawn ones, in order.
@@ -345,7 +348,7 @@ fn finish_scene(
         normals: soup.normals,
         uvs: soup.uvs,
         colours: soup.colours,
-        triangle_materials: soup.slots.into_iter().map(MaterialId).collect(),
+        triangle_materials: soup.slots,
         materials,
         textures,
         emission_side: description.emission_side,
@@ -360,7 +363,7 @@ fn finish_scene(
         let message = format!("{turned} vertex normals (vn) point to the back of their face and are turned");
         report.warn(path, None, message);
     }
-    scene.coplanar = Coplanar::find(&scene);
+    scene.coplanar = Coplanar::find_with(&scene, &soup.repeats);
     let area_lights = emitters::find(&scene);
     add_lights(&mut scene.lights, area_lights);
     complete_view(path, description.up, &mut scene, report);
