@@ -15,7 +15,7 @@ use super::texture::Texture;
 use super::up_axis::UpAxis;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -100,10 +100,11 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
     let (description, mut report) = main.describe(path, DVec3::ZERO);
     let mut timings = Timings::default();
     let (paths, bytes) = read_objs(path, &description, &mut report);
-    let origin = origin::find(&bytes);
+    let (mut files, origin) = parse_objs(&paths, &bytes);
+    drop(bytes);
     let description = if origin == DVec3::ZERO { description } else { main.describe(path, origin).0 };
     warn_of_origin(path, origin, &mut report);
-    let files = parse_objs(paths, bytes, origin, &mut report);
+    files.iter_mut().for_each(|file| report.faults.append(&mut file.mesh.report.faults));
     timings.text = start.elapsed();
     let mut library = MaterialLibrary::default();
     let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut library, &mut report)).collect();
@@ -217,11 +218,19 @@ fn read_objs(main: &Path, description: &Description, report: &mut Report) -> (Ve
     files
 }
 
-fn parse_objs(paths: Vec<PathBuf>, bytes: Vec<Vec<u8>>, origin: DVec3, report: &mut Report) -> Vec<ObjFile> {
-    let parse = |(path, bytes): (PathBuf, Vec<u8>)| ObjFile { mesh: ObjMesh::read(&path, &bytes, origin), path };
-    let mut files: Vec<ObjFile> = paths.into_par_iter().zip(bytes).map(parse).collect();
-    files.iter_mut().for_each(|file| report.faults.append(&mut file.mesh.report.faults));
-    files
+/// The polygons of OBJ files, and the point that becomes the origin: where that is another than theirs, they are read anew.
+fn parse_objs(paths: &[PathBuf], bytes: &[Vec<u8>]) -> (Vec<ObjFile>, DVec3) {
+    let parse = |origin: DVec3| -> Vec<ObjFile> {
+        let file = |(path, bytes): (&PathBuf, &Vec<u8>)| ObjFile {
+            mesh: ObjMesh::read(path, bytes, origin),
+            path: path.clone(),
+        };
+        paths.par_iter().zip(bytes).map(file).collect()
+    };
+    let files = parse(DVec3::ZERO);
+    let positions: Vec<&[Vec3]> = files.iter().map(|file| file.mesh.positions.as_slice()).collect();
+    let origin = if origin::is_here(&positions) { DVec3::ZERO } else { origin::find(bytes) };
+    if origin == DVec3::ZERO { (files, origin) } else { (parse(origin), origin) }
 }
 
 /// Where the scene is moved from, said once.

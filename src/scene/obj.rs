@@ -43,6 +43,8 @@ impl Soup {
         self.normals.reserve(count);
         self.uvs.reserve(count);
         self.slots.reserve(count);
+        self.positions.reserve(mesh.positions.len());
+        self.welded.reserve(mesh.positions.len());
         // Which of the positions so far each of the file's is.
         let mut welded = vec![u32::MAX; mesh.positions.len()];
         let mut polygon = Polygon::default();

@@ -31,7 +31,7 @@ pub(super) struct Named {
 /// The polygons of an OBJ file.
 #[derive(Debug, Default)]
 pub(super) struct ObjMesh {
-    /// Positions.
+    /// Positions; not numbers where they cannot be drawn.
     pub positions: Vec<Vec3>,
     /// Linear colours of the positions; empty where none has one.
     pub colours: Vec<Vec3>,
@@ -146,7 +146,7 @@ impl ObjMesh {
             text::position(rest).map(|p| (p - self.origin).as_vec3())
         };
         let usable = position.filter(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE);
-        self.positions.push(usable.unwrap_or(Vec3::ZERO));
+        self.positions.push(usable.unwrap_or(Vec3::NAN));
         if usable.is_some() {
             return;
         }
