@@ -33,7 +33,7 @@ const MAY_USE_ALL: &[&str] = &["lib", "main", "cli", "app"];
 
 /// Crates that only some places may name: the crate, and the rooms or files that may.
 const CRATES: &[(&str, &[&str])] = &[
-    ("obvhs", &["src/geom/tree.rs", "src/geom/bvh.rs"]),
+    ("obvhs", &["src/geom/bvh.rs"]),
     ("ash", &["src/vk/", "src/pass/", "src/app/"]),
     ("gpu_allocator", &["src/vk/"]),
     ("clap", &["src/cli/"]),

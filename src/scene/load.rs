@@ -6,8 +6,8 @@ use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, TextureMap};
 use super::material_library::MaterialLibrary;
-use super::obj::{SKIP, Soup};
-use super::obj_text::{Named, ObjMesh};
+use super::obj::{self, SKIP, Soup};
+use super::obj_text::{Named, ObjText};
 use super::report::Report;
 use super::scene_file::{self, Description};
 use super::subject::Subject;
@@ -58,7 +58,7 @@ impl Counts {
 /// Wall time of the stages; textures and geometry run side by side.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timings {
-    /// Reading the files.
+    /// Reading the files, checking their text and parsing it.
     pub text: Duration,
     /// MTL files.
     pub materials: Duration,
@@ -104,7 +104,7 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
     drop(bytes);
     let description = if origin == DVec3::ZERO { description } else { main.describe(path, origin).0 };
     warn_of_origin(path, origin, &mut report);
-    files.iter_mut().for_each(|file| report.faults.append(&mut file.mesh.report.faults));
+    files.iter_mut().for_each(|file| report.faults.append(&mut file.text.report.faults));
     timings.text = start.elapsed();
     let mut library = MaterialLibrary::default();
     let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut library, &mut report)).collect();
@@ -124,7 +124,7 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
         drawn: soup.triangles.len(),
         zero_area: soup.zero_area,
         see_through: soup.skipped,
-        dropped_faces: files.iter().map(|f| f.mesh.dropped_faces).sum(),
+        dropped_faces: files.iter().map(|f| f.text.dropped_faces).sum(),
     };
     if counts.drawn == 0 && !files.is_empty() {
         report.error(path, None, nothing_to_draw(&counts));
@@ -192,7 +192,26 @@ impl Main {
 /// An OBJ file.
 struct ObjFile {
     path: PathBuf,
-    mesh: ObjMesh,
+    text: ObjText,
+    models: Vec<tobj::Model>,
+}
+
+impl ObjFile {
+    /// Reads a file, positions from `origin`.
+    fn parse(path: &Path, bytes: &[u8], origin: DVec3) -> Self {
+        let mut text = ObjText::read(path, bytes, origin);
+        let models = obj::parse(&text).unwrap_or_else(|error| {
+            text.report.error(path, None, format!("cannot be read: {error}"));
+            Vec::new()
+        });
+        Self { path: path.to_owned(), text, models }
+    }
+
+    /// Positions that faces use; one that is no number stands for those that cannot be drawn.
+    fn positions(&self) -> Vec<Vec3> {
+        let positions = self.models.iter().flat_map(|model| model.mesh.positions.chunks_exact(3).map(Vec3::from_slice));
+        positions.chain((!self.text.all_usable).then_some(Vec3::NAN)).collect()
+    }
 }
 
 /// The OBJ files that can be read, with their bytes.
@@ -221,14 +240,10 @@ fn read_objs(main: &Path, description: &Description, report: &mut Report) -> (Ve
 /// The polygons of OBJ files, and the point that becomes the origin: where that is another than theirs, they are read anew.
 fn parse_objs(paths: &[PathBuf], bytes: &[Vec<u8>]) -> (Vec<ObjFile>, DVec3) {
     let parse = |origin: DVec3| -> Vec<ObjFile> {
-        let file = |(path, bytes): (&PathBuf, &Vec<u8>)| ObjFile {
-            mesh: ObjMesh::read(path, bytes, origin),
-            path: path.clone(),
-        };
-        paths.par_iter().zip(bytes).map(file).collect()
+        paths.par_iter().zip(bytes).map(|(path, bytes)| ObjFile::parse(path, bytes, origin)).collect()
     };
     let files = parse(DVec3::ZERO);
-    let positions: Vec<&[Vec3]> = files.iter().map(|file| file.mesh.positions.as_slice()).collect();
+    let positions: Vec<Vec<Vec3>> = files.iter().map(ObjFile::positions).collect();
     let origin = if origin::is_here(&positions) { DVec3::ZERO } else { origin::find(bytes) };
     if origin == DVec3::ZERO { (files, origin) } else { (parse(origin), origin) }
 }
@@ -257,18 +272,18 @@ struct Slots {
 
 /// Where the material library has the materials of an OBJ, by their numbers.
 fn find_materials(file: &ObjFile, library: &mut MaterialLibrary, report: &mut Report) -> Vec<Option<usize>> {
-    let library = library.open_libraries(&file.path, &file.mesh.libraries, report);
-    file.mesh.materials.iter().map(|named| library.find(&named.name)).collect()
+    let library = library.open_libraries(&file.path, &file.text.libraries, report);
+    file.text.materials.iter().map(|named| library.find(&named.name)).collect()
 }
 
 /// The materials that faces use.
 fn in_use(files: &[ObjFile], named: &[Vec<Option<usize>>]) -> impl Iterator<Item = usize> {
-    let has_faces = files.iter().flat_map(|file| &file.mesh.has_faces);
+    let has_faces = files.iter().flat_map(|file| &file.text.has_faces);
     has_faces.zip(named.iter().flatten()).filter_map(|(has_faces, index)| index.filter(|_| *has_faces))
 }
 
 fn resolve(file: &ObjFile, named: &[Option<usize>], library: &mut MaterialLibrary, report: &mut Report) -> Slots {
-    let coloured = !file.mesh.colours.is_empty();
+    let coloured = file.text.has_colours;
     let stand_in = if coloured { "the vertex colours are" } else { "grey is" };
     let slot = |(named, index): (&Named, &Option<usize>)| match index {
         Some(index) => library.slot(*index, coloured, report),
@@ -278,15 +293,22 @@ fn resolve(file: &ObjFile, named: &[Option<usize>], library: &mut MaterialLibrar
             library.grey(&named.name, coloured)
         }
     };
-    let of_material: Vec<u32> = file.mesh.materials.iter().zip(named).map(slot).collect();
-    let starts_without = file.mesh.faces.first().is_some_and(|face| face.material.is_none());
-    let no_material = if starts_without { library.grey("no material", coloured) } else { SKIP };
+    let of_material: Vec<u32> = file.text.materials.iter().zip(named).map(slot).collect();
+    // `tobj` names no material only before the first `usemtl`.
+    let no_material =
+        if starts_without_material(&file.text.faces) { library.grey("no material", coloured) } else { SKIP };
     let is_painted = |&slot: &u32| library.painted.get(slot as usize).is_some_and(|&painted| painted);
     if coloured && !of_material.iter().chain([&no_material]).any(is_painted) {
         let message = "the vertex colours are not used: every material has its own Kd or map_Kd";
         report.warn(&file.path, None, message);
     }
     Slots { of_material, no_material }
+}
+
+/// Whether a face stands before the first `usemtl` of the checked text.
+fn starts_without_material(faces: &[u8]) -> bool {
+    let after_library = memchr::memchr(b'\n', faces).map_or(0, |end| end + 1);
+    faces.get(after_library) == Some(&b'f')
 }
 
 type Decoded = ((Vec<Texture>, Vec<Option<TextureMap>>, Report), Duration);
@@ -308,7 +330,7 @@ fn assemble(
     let start = Instant::now();
     let mut soup = Soup::default();
     for (file, slots) in files.iter().zip(slots) {
-        soup.add(&file.mesh, &slots.of_material, slots.no_material, painted);
+        soup.add(&file.models, &slots.of_material, slots.no_material, painted);
     }
     soup.complete();
     on_geometry(&soup.geometry());

@@ -1,4 +1,6 @@
 //! MTL files: a tolerant reader of every statement that this program knows, with their lines.
+//!
+//! `tobj` panics on a one-value `Kd` and on keywords without values, and keeps no line numbers.
 
 use super::commas;
 use super::map_statement::MapStatement;

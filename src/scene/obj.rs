@@ -1,8 +1,8 @@
-//! Geometry of OBJ files: polygons welded and cut into triangles.
+//! Geometry of OBJ files: polygons from `tobj`, welded and cut into triangles.
 
 use super::geometry::{Geometry, repeats};
 use super::material::MaterialId;
-use super::obj_text::{ABSENT, Corner, ObjMesh, V, VN, VT};
+use super::obj_text::ObjText;
 use super::{TriangleId, polygon};
 use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
@@ -34,44 +34,60 @@ pub(super) struct Soup {
 /// The slot of materials whose triangles are left out.
 pub(super) const SKIP: u32 = u32::MAX;
 
+/// The polygons of one OBJ file as `tobj` gives them.
+pub(super) fn parse(text: &ObjText) -> Result<Vec<tobj::Model>, tobj::LoadError> {
+    use std::io::Read;
+    let options =
+        tobj::LoadOptions { triangulate: false, ignore_points: true, ignore_lines: true, ..Default::default() };
+    let numbers = || (0..text.materials.len()).map(|k| (k.to_string(), k)).collect();
+    let mut reader = text.vertices.as_slice().chain(text.faces.as_slice());
+    let (models, _) = tobj::load_obj_buf(&mut reader, &options, |_| Ok((Vec::new(), numbers())))?;
+    Ok(models)
+}
+
 impl Soup {
     /// Adds the polygons of a file; `slots[k]` is the slot of its k-th material, `no_material` that of faces before any, and
     /// `painted` says of which slots vertex colours are the reflectance.
-    pub(super) fn add(&mut self, mesh: &ObjMesh, slots: &[u32], no_material: u32, painted: &[bool]) {
-        let count = mesh.faces.len();
+    pub(super) fn add(&mut self, models: &[tobj::Model], slots: &[u32], no_material: u32, painted: &[bool]) {
+        for model in models {
+            let slot = model.mesh.material_id.map_or(no_material, |k| slots[k]);
+            let is_painted = painted.get(slot as usize).is_some_and(|&p| p);
+            self.add_mesh(&model.mesh, slot, is_painted);
+        }
+    }
+
+    fn add_mesh(&mut self, mesh: &tobj::Mesh, slot: u32, painted: bool) {
+        let count = mesh.indices.len() / 3;
         self.triangles.reserve(count);
         self.normals.reserve(count);
         self.uvs.reserve(count);
         self.slots.reserve(count);
-        self.positions.reserve(mesh.positions.len());
-        self.welded.reserve(mesh.positions.len());
-        // Which of the positions so far each of the file's is.
-        let mut welded = vec![u32::MAX; mesh.positions.len()];
+        self.positions.reserve(mesh.positions.len() / 3);
+        self.welded.reserve(mesh.positions.len() / 3);
+        let global: Vec<u32> = mesh.positions.chunks_exact(3).map(|p| self.weld(Vec3::from_slice(p))).collect();
         let mut polygon = Polygon::default();
-        let mut rest = mesh.corners.as_slice();
-        for face in &mesh.faces {
-            let (corners, after) = rest.split_at(face.corners as usize);
-            rest = after;
-            let slot = face.material.map_or(no_material, |k| slots[k as usize]);
-            polygon.fill(mesh, corners, |v| self.weld(&mut welded[v as usize], mesh.positions[v as usize]));
-            if painted.get(slot as usize).is_some_and(|&p| p) {
-                polygon.paint(mesh, corners);
+        let mut first = 0;
+        let faces = if mesh.face_arities.is_empty() { count } else { mesh.face_arities.len() };
+        for face in 0..faces {
+            let corners = mesh.face_arities.get(face).map_or(3, |&n| n as usize);
+            polygon.fill(mesh, &global, first..first + corners);
+            if painted {
+                polygon.paint(mesh, first..first + corners);
             }
+            first += corners;
             self.add_polygon(&mut polygon, slot);
         }
     }
 
-    /// Index of a position, looked up once for each of a file's; equal bits are one position, −0 counts as 0.
-    fn weld(&mut self, known: &mut u32, position: Vec3) -> u32 {
-        if *known == u32::MAX {
-            let position = position + Vec3::ZERO;
-            let next = self.positions.len() as u32;
-            *known = *self.welded.entry(position.to_array().map(f32::to_bits)).or_insert(next);
-            if *known == next {
-                self.positions.push(position);
-            }
+    /// Index of a position; equal bits are one position, −0 counts as 0.
+    fn weld(&mut self, position: Vec3) -> u32 {
+        let position = position + Vec3::ZERO;
+        let next = self.positions.len() as u32;
+        let index = *self.welded.entry(position.to_array().map(f32::to_bits)).or_insert(next);
+        if index == next {
+            self.positions.push(position);
         }
-        *known
+        index
     }
 
     /// After all files: colours for all triangles where any has some, and which triangles repeat others.
@@ -129,20 +145,22 @@ struct Polygon {
 }
 
 impl Polygon {
-    /// Takes the corners of a face; `weld` tells the index of a position of the file.
-    fn fill(&mut self, mesh: &ObjMesh, corners: &[Corner], mut weld: impl FnMut(u32) -> u32) {
+    fn fill(&mut self, mesh: &tobj::Mesh, global: &[u32], range: std::ops::Range<usize>) {
         self.vertices.clear();
         self.normals.clear();
         self.uvs.clear();
-        self.colours.clear();
-        for corner in corners {
-            self.vertices.push(weld(corner[V]));
-            self.normals.push(if corner[VN] == ABSENT { Vec3::ZERO } else { mesh.normals[corner[VN] as usize] });
-            self.uvs.push(if corner[VT] == ABSENT { Vec2::ZERO } else { mesh.uvs[corner[VT] as usize] });
+        for corner in range {
+            self.vertices.push(global[mesh.indices[corner] as usize]);
+            let normal = mesh.normal_indices.get(corner).map(|&i| Vec3::from_slice(&mesh.normals[3 * i as usize..]));
+            self.normals.push(normal.unwrap_or(Vec3::ZERO));
+            let uv = mesh.texcoord_indices.get(corner).map(|&i| Vec2::from_slice(&mesh.texcoords[2 * i as usize..]));
+            self.uvs.push(uv.unwrap_or(Vec2::ZERO));
         }
     }
 
-    fn paint(&mut self, mesh: &ObjMesh, corners: &[Corner]) {
-        self.colours.extend(corners.iter().filter_map(|corner| mesh.colours.get(corner[V] as usize)));
+    fn paint(&mut self, mesh: &tobj::Mesh, range: std::ops::Range<usize>) {
+        self.colours.clear();
+        let colours = mesh.indices[range].iter().map(|&i| Vec3::from_slice(&mesh.vertex_color[3 * i as usize..]));
+        self.colours.extend(colours);
     }
 }

@@ -1,18 +1,21 @@
-//! The text of an OBJ file, read with every fault at its line.
+//! A first, tolerant pass over the text of an OBJ file.
 //!
-//! Two passes: first all vertices, so that faces may name those that follow them, then the faces. What cannot be drawn is left out, and
-//! said; so are continuation lines, negative indices and attributes that only some corners have made out here.
+//! `tobj` stops at the first fault, has no line numbers, and knows neither continuation lines nor forward references
+//! across materials. This pass finds every fault with its line, drops what cannot be drawn, and writes a plain text that
+//! `tobj` reads without a hitch: first all vertices, then faces whose indices are in range and whose corners all carry
+//! the same attributes, with `usemtl` naming an entry of [`ObjText::materials`] by its number.
 
 use super::commas;
 use super::report::Report;
 use super::text::{self, Lines, Warnings};
 use super::vertex_colours::VertexColours;
-use glam::{DVec3, Vec2, Vec3};
+use glam::DVec3;
 use rustc_hash::FxHashMap;
+use std::io::Write;
 use std::path::Path;
 
 /// Largest coordinate that is drawn: beyond it products of edges leave the range of 32-bit floats.
-const MAX_COORDINATE: f32 = 1e9;
+const MAX_COORDINATE: f64 = 1e9;
 
 /// Statements of curves and surfaces that are no polygons.
 const FREE_FORM: &str = "vp cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con bsp bzp cdc cdp res";
@@ -28,21 +31,17 @@ pub(super) struct Named {
     pub line: u32,
 }
 
-/// The polygons of an OBJ file.
+/// What the first pass makes of an OBJ file.
 #[derive(Debug, Default)]
-pub(super) struct ObjMesh {
-    /// Positions; not numbers where they cannot be drawn.
-    pub positions: Vec<Vec3>,
-    /// Linear colours of the positions; empty where none has one.
-    pub colours: Vec<Vec3>,
-    /// Texture coordinates.
-    pub uvs: Vec<Vec2>,
-    /// Normals, of any length; zero where the file has none that can be read.
-    pub normals: Vec<Vec3>,
-    /// Corners of all faces, one after the other.
-    pub corners: Vec<Corner>,
-    /// The faces in order.
-    pub faces: Vec<Face>,
+pub(super) struct ObjText {
+    /// `v`, `vt` and `vn` lines for `tobj`.
+    pub vertices: Vec<u8>,
+    /// Whether all positions can be drawn.
+    pub all_usable: bool,
+    /// Whether the vertices have colours.
+    pub has_colours: bool,
+    /// `usemtl` and `f` lines for `tobj`.
+    pub faces: Vec<u8>,
     /// Materials named by `usemtl`, in order of first use.
     pub materials: Vec<Named>,
     /// Whether faces use each of them.
@@ -57,41 +56,26 @@ pub(super) struct ObjMesh {
     origin: DVec3,
 }
 
-/// Where a corner's position, texture coordinate and normal stand in their arrays; [`ABSENT`] where it has none.
-pub(super) type Corner = Triple<u32>;
-
-/// An attribute that a corner goes without.
-pub(super) const ABSENT: u32 = u32::MAX;
-
-/// A polygon.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Face {
-    /// Number of its corners.
-    pub corners: u32,
-    /// Index of its material in [`ObjMesh::materials`]; none before the first `usemtl`.
-    pub material: Option<u32>,
-}
-
 /// Something for each of `v`, `vt` and `vn`: how many there are, or the index of one.
 type Triple<T> = [T; 3];
-pub(super) const V: usize = 0;
-pub(super) const VT: usize = 1;
-pub(super) const VN: usize = 2;
+const V: usize = 0;
+const VT: usize = 1;
+const VN: usize = 2;
 
 /// What the survey of the vertices found.
 #[derive(Default)]
 struct Survey {
-    /// Totals of the file.
+    /// Totals of the file, without the stand-ins.
     totals: Triple<u32>,
     /// Positions that cannot be drawn, ascending, from 0.
     unusable: Vec<u32>,
 }
 
-impl ObjMesh {
+impl ObjText {
     /// Reads the bytes of `file`; positions are taken from `origin`.
     pub(super) fn read(file: &Path, bytes: &[u8], origin: DVec3) -> Self {
         let mut warnings = Warnings::new(file);
-        let mut out = Self { origin, ..Self::default() };
+        let mut out = Self { vertices: Vec::with_capacity(bytes.len()), origin, ..Self::default() };
         let survey = out.read_vertices(bytes, &mut warnings);
         out.read_faces(bytes, &survey, &mut warnings);
         out.report = warnings.finish();
@@ -130,27 +114,41 @@ impl ObjMesh {
                 other => not_read(other, rest, number, warnings),
             }
         }
-        if !colours.is_empty() {
-            self.colours = colours.linear(self.positions.len(), warnings);
+        self.has_colours = !colours.is_empty();
+        if self.has_colours {
+            colours.append_to(&mut self.vertices, warnings);
         }
+        self.all_usable = survey.unusable.is_empty();
+        self.stand_ins(survey.totals);
         survey
+    }
+
+    /// After the file's own: attributes for corners that lack one, so that all corners are alike to `tobj`.
+    fn stand_ins(&mut self, totals: Triple<u32>) {
+        if totals[VT] > 0 {
+            self.vertices.extend_from_slice(b"vt 0 0\n");
+        }
+        if totals[VN] > 0 {
+            self.vertices.extend_from_slice(b"vn 0 0 0\n");
+        }
     }
 
     fn position(&mut self, rest: &[u8], line: u32, survey: &mut Survey, warnings: &mut Warnings) {
         let index = survey.totals[V];
         survey.totals[V] += 1;
-        // A fourth number (w) belongs to rational curves.
-        let position = if self.origin == DVec3::ZERO {
-            numbers::<3>(rest).map(Vec3::from_array)
-        } else {
-            text::position(rest).map(|p| (p - self.origin).as_vec3())
-        };
-        let usable = position.filter(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE);
-        self.positions.push(usable.unwrap_or(Vec3::NAN));
-        if usable.is_some() {
-            return;
+        let moved = text::position(rest).map(|p| p - self.origin);
+        match moved.filter(|p| p.is_finite() && p.abs().max_element() <= MAX_COORDINATE) {
+            // A fourth number (w) belongs to rational curves; colours are appended later.
+            Some(_) if self.origin == DVec3::ZERO => return self.copy_words(b"v", rest, 3),
+            Some(p) => {
+                // Writing to memory cannot fail.
+                let _ = writeln!(self.vertices, "v {} {} {}", p.x as f32, p.y as f32, p.z as f32);
+                return;
+            }
+            None => {}
         }
         survey.unusable.push(index);
+        self.vertices.extend_from_slice(b"v 0 0 0\n");
         warnings.add("unusable vertex", line, || {
             "a vertex needs three finite numbers of at most 1e9, with blanks between them: faces that use this one are left out"
                 .into()
@@ -159,30 +157,47 @@ impl ObjMesh {
 
     fn texture_coordinate(&mut self, rest: &[u8], line: u32, warnings: &mut Warnings) {
         let mut values = text::words(rest).map(text::number);
-        let uv = match (values.next().flatten(), values.next()) {
-            (Some(u), Some(Some(v))) => Some(Vec2::new(u, v)),
-            (Some(u), None) => Some(Vec2::new(u, 0.0)),
-            _ => None,
-        };
-        self.uvs.push(uv.unwrap_or(Vec2::ZERO));
-        if uv.is_none() {
-            warnings.add("texture coordinate", line, || {
-                "a texture coordinate needs two finite numbers: (0, 0) is used".into()
-            });
+        match (values.next().flatten(), values.next()) {
+            (Some(_), Some(Some(_))) => self.copy_words(b"vt", rest, 2),
+            (Some(_), None) => {
+                self.copy_words(b"vt", rest, 1);
+                self.vertices.pop();
+                self.vertices.extend_from_slice(b" 0\n");
+            }
+            _ => {
+                self.vertices.extend_from_slice(b"vt 0 0\n");
+                warnings.add("texture coordinate", line, || {
+                    "a texture coordinate needs two finite numbers: (0, 0) is used".into()
+                });
+            }
         }
     }
 
     fn normal(&mut self, rest: &[u8], line: u32, warnings: &mut Warnings) {
-        let normal = numbers::<3>(rest).map(Vec3::from_array);
-        self.normals.push(normal.unwrap_or(Vec3::ZERO));
-        if normal.is_none() {
+        if numbers::<3>(rest).is_some() {
+            self.copy_words(b"vn", rest, 3);
+        } else {
+            self.vertices.extend_from_slice(b"vn 0 0 0\n");
             warnings.add("normal", line, || "a normal needs three finite numbers: the geometric normal is used".into());
         }
     }
 
+    fn copy_words(&mut self, keyword: &[u8], rest: &[u8], count: usize) {
+        self.vertices.extend_from_slice(keyword);
+        for word in text::words(rest).take(count) {
+            self.vertices.push(b' ');
+            self.vertices.extend_from_slice(word);
+        }
+        self.vertices.push(b'\n');
+    }
+
     fn read_faces(&mut self, bytes: &[u8], survey: &Survey, warnings: &mut Warnings) {
-        let mut numbers_of: FxHashMap<Vec<u8>, u32> = FxHashMap::default();
+        self.faces = Vec::with_capacity(bytes.len().saturating_sub(self.vertices.len()) + 64);
+        // `tobj` asks for materials when it meets a library.
+        self.faces.extend_from_slice(b"mtllib materials\n");
+        let mut numbers_of: FxHashMap<Vec<u8>, usize> = FxHashMap::default();
         let mut so_far = Triple::default();
+        let mut corners = Vec::new();
         let mut material = None;
         let mut lines = Lines::new(bytes);
         while let Some(line) = lines.next() {
@@ -193,19 +208,16 @@ impl ObjMesh {
                 b"vt" => so_far[VT] += 1,
                 b"vn" => so_far[VN] += 1,
                 b"f" | b"fo" => {
-                    let statement = Statement { so_far, survey, line: number };
-                    match statement.read(rest, &mut self.corners, warnings) {
-                        Some(corners) => self.faces.push(Face { corners, material }),
-                        None => self.dropped_faces += 1,
+                    let face = Face { so_far, survey, line: number };
+                    if !face.write(rest, &mut corners, &mut self.faces, warnings) {
+                        self.dropped_faces += 1;
+                    } else if let Some(id) = material {
+                        self.has_faces[id] = true;
                     }
                 }
                 b"usemtl" => material = self.use_material(rest, number, &mut numbers_of, warnings).or(material),
                 _ => {}
             }
-        }
-        self.has_faces = vec![false; self.materials.len()];
-        for material in self.faces.iter().filter_map(|face| face.material) {
-            self.has_faces[material as usize] = true;
         }
     }
 
@@ -214,18 +226,21 @@ impl ObjMesh {
         &mut self,
         name: &[u8],
         line: u32,
-        numbers_of: &mut FxHashMap<Vec<u8>, u32>,
+        numbers_of: &mut FxHashMap<Vec<u8>, usize>,
         warnings: &mut Warnings,
-    ) -> Option<u32> {
+    ) -> Option<usize> {
         if name.is_empty() {
             warnings.add("usemtl", line, || "usemtl names no material: the one before stays in use".into());
             return None;
         }
-        let next = self.materials.len() as u32;
+        let next = self.materials.len();
         let id = *numbers_of.entry(name.to_vec()).or_insert(next);
         if id == next {
             self.materials.push(Named { name: text::decode(name), line });
+            self.has_faces.push(false);
         }
+        // Writing to memory cannot fail.
+        let _ = writeln!(self.faces, "usemtl {id}");
         Some(id)
     }
 }
@@ -259,50 +274,54 @@ fn numbers<const N: usize>(rest: &[u8]) -> Option<[f32; N]> {
     Some(out)
 }
 
-/// A corner as written: indices from 1 of position, texture coordinate and normal, negative ones from the end.
-type Written = Triple<i64>;
+/// One corner as written: position, texture coordinate, normal; 0 where there is none.
+type Corner = Triple<i64>;
 
-/// A face statement, by where it stands in its file.
-struct Statement<'s> {
+/// Where a face stands in its file.
+struct Face<'s> {
     so_far: Triple<u32>,
     survey: &'s Survey,
     line: u32,
 }
 
-impl Statement<'_> {
-    /// Appends the corners and tells their number; `None`, and nothing is appended, when the face has to be dropped.
-    fn read(&self, rest: &[u8], corners: &mut Vec<Corner>, warnings: &mut Warnings) -> Option<u32> {
-        let before = corners.len();
-        let found = self.append(rest, corners, warnings);
-        if found.is_none() {
-            corners.truncate(before);
-        }
-        found
-    }
-
-    fn append(&self, rest: &[u8], corners: &mut Vec<Corner>, warnings: &mut Warnings) -> Option<u32> {
-        let mut count = 0;
+impl Face<'_> {
+    /// Writes the face for `tobj`; `false` when it has to be dropped. `corners` is scratch.
+    fn write(&self, rest: &[u8], corners: &mut Vec<Corner>, out: &mut Vec<u8>, warnings: &mut Warnings) -> bool {
+        corners.clear();
+        let mut as_written = true;
         for word in text::words(rest) {
-            let Some(written) = parse_corner(word) else {
+            let Some(corner) = parse_corner(word) else {
                 warnings.add("unreadable face", self.line, || {
                     format!("{} is no corner (v, v/vt, v//vn or v/vt/vn): the face is left out", text::quote(word))
                 });
-                return None;
+                return false;
             };
-            corners.push(self.resolve(written, warnings)?);
-            count += 1;
+            let Some((corner, same)) = self.resolve(corner, warnings) else { return false };
+            as_written &= same;
+            corners.push(corner);
         }
-        if count < 3 {
+        if corners.len() < 3 {
             warnings.add("face of fewer than three corners", self.line, || {
-                format!("a face needs three corners, this one has {count}: it is left out")
+                format!("a face needs three corners, this one has {}: it is left out", corners.len())
             });
-            return None;
+            return false;
         }
-        Some(count)
+        out.push(b'f');
+        if as_written {
+            for word in text::words(rest) {
+                out.push(b' ');
+                out.extend_from_slice(word);
+            }
+        } else {
+            corners.iter().for_each(|&corner| write_corner(out, corner));
+        }
+        out.push(b'\n');
+        true
     }
 
-    /// Where the corner's attributes are; `None`, with a warning, when it cannot be drawn.
-    fn resolve(&self, corner: Written, warnings: &mut Warnings) -> Option<Corner> {
+    /// Indices from 1 into the whole file with stand-ins for missing attributes, and whether that is how the corner
+    /// was written; `None`, with a warning, when it cannot be drawn.
+    fn resolve(&self, corner: Corner, warnings: &mut Warnings) -> Option<(Corner, bool)> {
         let totals = self.survey.totals;
         let Some(v) = self.index(V, corner[V]) else {
             warnings.add("vertex index out of range", self.line, || {
@@ -314,19 +333,23 @@ impl Statement<'_> {
             return None;
         };
         // The survey has named the vertex's own line.
-        if !self.survey.unusable.is_empty() && self.survey.unusable.binary_search(&v).is_ok() {
+        if !self.survey.unusable.is_empty() && self.survey.unusable.binary_search(&(v as u32 - 1)).is_ok() {
             warnings.add("face with an unusable vertex", self.line, || {
-                format!("vertex {} is unusable (see its line): the face is left out", v + 1)
+                format!("vertex {v} is unusable (see its line): the face is left out")
             });
             return None;
         }
-        Some([v, self.attribute(VT, corner[VT], warnings), self.attribute(VN, corner[VN], warnings)])
+        let out = [v, self.attribute(VT, corner[VT], warnings), self.attribute(VN, corner[VN], warnings)];
+        let same = |kind: usize| out[kind] == corner[kind] && out[kind] > 0 || out[kind] == 0 && corner[kind] == NONE;
+        Some((out, (0..3).all(same)))
     }
 
-    /// Index of a texture coordinate or normal; [`ABSENT`] when it is missing or wrong.
-    fn attribute(&self, kind: usize, written: i64, warnings: &mut Warnings) -> u32 {
+    /// Index of a texture coordinate or normal; the stand-in, or 0 where the file has none, when it is missing or wrong.
+    fn attribute(&self, kind: usize, written: i64, warnings: &mut Warnings) -> i64 {
+        let total = i64::from(self.survey.totals[kind]);
+        let stand_in = if total > 0 { total + 1 } else { 0 };
         if written == NONE {
-            return ABSENT;
+            return stand_in;
         }
         self.index(kind, written).unwrap_or_else(|| {
             warnings.add("attribute index out of range", self.line, || {
@@ -334,15 +357,15 @@ impl Statement<'_> {
                 let which = if written == UNREADABLE { "with an unreadable index".into() } else { written.to_string() };
                 format!("there is no {what} {which}: the corner goes without")
             });
-            ABSENT
+            stand_in
         })
     }
 
-    /// An index from 0 into the whole file, `None` out of range. Negative ones count back from the line.
-    fn index(&self, kind: usize, written: i64) -> Option<u32> {
+    /// An index from 1 into the whole file, `None` out of range. Negative ones count back from the line.
+    fn index(&self, kind: usize, written: i64) -> Option<i64> {
         let index = if written < 0 { i64::from(self.so_far[kind]) + 1 + written } else { written };
         let limit = if written < 0 { self.so_far[kind] } else { self.survey.totals[kind] };
-        (1..=i64::from(limit)).contains(&index).then(|| index as u32 - 1)
+        (1..=i64::from(limit)).contains(&index).then_some(index)
     }
 }
 
@@ -351,7 +374,7 @@ const NONE: i64 = i64::MIN;
 /// An attribute that cannot be read; out of range in any file.
 const UNREADABLE: i64 = i64::MAX;
 
-fn parse_corner(word: &[u8]) -> Option<Written> {
+fn parse_corner(word: &[u8]) -> Option<Corner> {
     let mut corner = [NONE; 3];
     let mut parts = word.split(|&b| b == b'/');
     corner[V] = parse_index(parts.next()?)?;
@@ -382,4 +405,14 @@ fn parse_index(bytes: &[u8]) -> Option<i64> {
         value = value * 10 + i64::from(b - b'0');
     }
     Some(if negative { -value } else { value })
+}
+
+fn write_corner(out: &mut Vec<u8>, [v, vt, vn]: Corner) {
+    // Writing to memory cannot fail.
+    let _ = match (vt, vn) {
+        (0, 0) => write!(out, " {v}"),
+        (_, 0) => write!(out, " {v}/{vt}"),
+        (0, _) => write!(out, " {v}//{vn}"),
+        _ => write!(out, " {v}/{vt}/{vn}"),
+    };
 }

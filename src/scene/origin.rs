@@ -17,8 +17,8 @@ pub(super) fn find(files: &[Vec<u8>]) -> DVec3 {
 }
 
 /// Whether all positions could be read in single precision and lie where it is fine enough, so that no other origin need be looked for.
-pub(super) fn is_here(files: &[&[Vec3]]) -> bool {
-    let sample = |positions: &&[Vec3]| {
+pub(super) fn is_here(files: &[Vec<Vec3>]) -> bool {
+    let sample = |positions: &Vec<Vec3>| {
         let mut sample = Sample::default();
         positions.iter().for_each(|p| sample.offer(|| Some(p.as_dvec3())));
         sample.found
@@ -115,8 +115,8 @@ mod tests {
         let near = single(house(DVec3::new(-2.0, 0.0, 5.0), 4.0));
         let far = single(house(DVec3::splat(1e6), 4.0));
         let unreadable = vec![Vec3::NAN; 3];
-        assert!(is_here(&[&near]) && is_here(&[]));
-        assert!(!is_here(&[&far]) && !is_here(&[&near, &unreadable]));
+        assert!(is_here(std::slice::from_ref(&near)) && is_here(&[]));
+        assert!(!is_here(&[far]) && !is_here(&[near, unreadable]));
     }
 
     #[test]

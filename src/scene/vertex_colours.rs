@@ -2,7 +2,7 @@
 
 use super::texel::srgb_to_linear;
 use super::text::{self, Warnings};
-use glam::Vec3;
+use std::io::Write;
 
 /// Reflectance of a vertex without a colour in a file that has some: that of a material without `Kd`.
 const PLAIN: f32 = 0.8;
@@ -51,13 +51,22 @@ impl VertexColours {
         white
     }
 
-    /// Linear reflectances of a file's vertices.
-    pub(super) fn linear(&self, vertices: usize, warnings: &mut Warnings) -> Vec<Vec3> {
+    /// Appends linear reflectances to the `v` lines of the text for `tobj`.
+    pub(super) fn append_to(&self, vertices: &mut Vec<u8>, warnings: &mut Warnings) {
         let white = self.white(warnings);
         let linear = |c: f32| srgb_to_linear((c / white).clamp(0.0, 1.0));
-        let colour = |written: &Option<[f32; 3]>| written.map_or(Vec3::splat(PLAIN), |c| c.map(linear).into());
-        let mut colours: Vec<Vec3> = self.written.iter().map(colour).collect();
-        colours.resize(vertices, Vec3::splat(PLAIN));
-        colours
+        let mut written = self.written.iter();
+        let mut out = Vec::with_capacity(vertices.len() + 32 * self.written.len());
+        for line in vertices.split_inclusive(|&b| b == b'\n') {
+            if !line.starts_with(b"v ") {
+                out.extend_from_slice(line);
+                continue;
+            }
+            let colour = written.next().copied().flatten().map_or([PLAIN; 3], |c| c.map(linear));
+            out.extend_from_slice(line.trim_ascii_end());
+            // Writing to memory cannot fail.
+            let _ = writeln!(out, " {} {} {}", colour[0], colour[1], colour[2]);
+        }
+        *vertices = out;
     }
 }
