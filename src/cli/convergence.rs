@@ -45,7 +45,7 @@ pub fn run(args: &ConvergenceArgs) -> Result<Outcome> {
     let scene = Arc::new(scene);
     let bvh = Arc::new(Bvh::build(&scene));
     let shared = Arc::clone(&bvh);
-    let mut session = gpu.finish()?.session(&scene, move || shared, &options)?;
+    let mut session = gpu.finish()?.session(&scene, move |_: &_| shared, &options)?;
     let device = session.renderer().device().report().name.clone();
     session.look(&view, &[])?;
     let progress = measuring(args.cpu.verbosity.quiet);

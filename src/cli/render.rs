@@ -33,7 +33,11 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let mut options = args.options();
     let gpu = Opening::start(&options)?;
     let loading = Instant::now();
-    let Loaded { scene, report, .. } = scene::load_and_warn(&args.scene, args.verbosity)?;
+    let mut hierarchy = None;
+    let Loaded { scene, report, .. } = scene::load_and_warn_beside(&args.scene, args.verbosity, |geometry| {
+        hierarchy = Some(Hierarchy::start(geometry));
+    })?;
+    let hierarchy = hierarchy.ok_or_else(|| Error::Internal("a scene was loaded without triangles".to_owned()))??;
     let mut summary = Summary::of_this_run();
     summary.times.load = Some(loading.elapsed().as_secs_f64());
     summary.warnings = report.lines(Severity::Warning);
@@ -44,11 +48,10 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let display = args.output.display(&scene.display);
     options.display = Some(display);
     let scene = Arc::new(scene);
-    let hierarchy = Hierarchy::start(&scene)?;
     let gpu = gpu.finish()?;
     (summary.times.device, summary.times.pipelines) = (Some(gpu.device_seconds), Some(gpu.pipeline_seconds));
     let bvh_seconds = Arc::clone(&hierarchy.seconds);
-    let mut session = gpu.session(&scene, || hierarchy.finish(), &options)?;
+    let mut session = gpu.session(&scene, |scene| hierarchy.finish(scene), &options)?;
     let reference = reference.map(|image| ErrorMeter::new(image, display));
     if let Some((compared, all)) = reference.as_ref().filter(|_| !args.verbosity.quiet).map(ErrorMeter::compared) {
         output::report(&format!("--reference: {compared} of {all} pixels compared"));

@@ -5,7 +5,8 @@ use super::output;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
 use crate::scene::camera::{Camera, View};
-use crate::scene::load::{Loaded, load_with};
+use crate::scene::geometry::Geometry;
+use crate::scene::load::{Loaded, load_beside};
 
 /// Warnings printed at most without `-v`.
 const MAX_WARNINGS: usize = 20;
@@ -13,9 +14,21 @@ const MAX_WARNINGS: usize = 20;
 /// Loads the scene and prints the loader's warnings: with `-v` each, else what is alike in one line, and not too many.
 ///
 /// # Errors
-/// As [`load_with`]: every fault of the input is listed.
+/// As [`load_beside`]: every fault of the input is listed.
 pub fn load_and_warn(args: &SceneArgs, verbosity: VerbosityArgs) -> Result<Loaded> {
-    let loaded = load_with(&args.path, args.up)?;
+    load_and_warn_beside(args, verbosity, |_| {})
+}
+
+/// As [`load_and_warn`]; `on_geometry` hears of the triangles as soon as they are known ([`load_beside`]).
+///
+/// # Errors
+/// As [`load_and_warn`].
+pub fn load_and_warn_beside(
+    args: &SceneArgs,
+    verbosity: VerbosityArgs,
+    on_geometry: impl FnOnce(&Geometry) + Send,
+) -> Result<Loaded> {
+    let loaded = load_beside(&args.path, args.up, on_geometry)?;
     if verbosity.verbose {
         loaded.report.faults.iter().for_each(|fault| output::report(&fault.to_string()));
         return Ok(loaded);

@@ -1,22 +1,17 @@
-//! Bounding volume hierarchy over the scene's triangles: the only file that names `obvhs`.
+//! Bounding volume hierarchy over the scene's triangles: rays against it.
 
-use super::sheets::{Sheets, without_repeats};
+use super::sheets::Sheets;
+use super::tree::{Primitives, Tree};
 use super::watertight::{Corners, Meeting, Shear};
 use super::{Hit, Ray};
+use crate::scene::geometry::repeats;
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
-use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::ray::RayHit;
-use obvhs::splits::split_aabbs_preset;
-use obvhs::triangle::Triangle;
+use rayon::prelude::*;
 
 /// An eight-wide compressed hierarchy with its triangles stored in leaf order.
-///
-/// Spatial splits list a triangle in several leaves, so there may be more leaf triangles than scene triangles.
 pub struct Bvh {
     tree: CwBvh,
     triangles: Vec<Corners>,
@@ -28,70 +23,37 @@ pub struct Bvh {
     scale: f32,
 }
 
-/// Diagonal of the scene in the hierarchy's own units, at least. obvhs 0.4 starts every ray 0.0001 units late: boxes nearer
-/// than that are missed, whatever the size of the scene. Here that is less than f32 resolves.
-/// A large one besides: there is room at the other end of f32, and scenes whose detail is a millionth of them.
-const DIAGONAL: f32 = 4_294_967_296.0;
-
 const MASKED: u32 = 1 << 31;
 const ON_SHEET: u32 = 1 << 30;
 const ID: u32 = ON_SHEET - 1;
-
-/// How much boxes are larger than what they hold, against the largest coordinate: several times the rounding of a box test, so
-/// that a ray through an edge that two boxes share misses neither.
-const MARGIN: f32 = 1.0 / (1 << 20) as f32;
-
-/// Share of the nodes that a round of reinsertion looks at. All of them take 0.50 and 0.29 s of two cores (Crytek Sponza, the hall)
-/// where a tenth takes 0.05 and 0.03 s; rays are as fast within the spread of `bench`.
-const REINSERTED: f32 = 0.1;
-
-/// Builds the tree of triangles. On Crytek Sponza it builds in 0.3 s.
-fn build_tree(triangles: &[Triangle]) -> CwBvh {
-    let mut boxes: Vec<Aabb> = triangles.iter().map(|triangle| triangle.aabb()).collect();
-    let mut indices: Vec<u32> = (0..boxes.len() as u32).collect();
-    let areas = || boxes.iter().map(Aabb::half_area);
-    let (mean, largest) = (areas().sum::<f32>() / boxes.len() as f32, areas().fold(0.0, f32::max));
-    split_aabbs_preset(&mut boxes, &mut indices, triangles, mean, largest);
-    let reach = |b: &Aabb| b.min.abs().max(b.max.abs()).max_element();
-    let margin = boxes.iter().map(reach).fold(DIAGONAL, f32::max) * MARGIN;
-    for b in &mut boxes {
-        (b.min, b.max) = (b.min - margin, b.max + margin);
-    }
-    let (search, precision) = (PlocSearchDistance::VeryHigh, SortPrecision::U128);
-    let mut tree = PlocBuilder::with_capacity(boxes.len()).build(search, &boxes, indices, precision, 0);
-    tree.uses_spatial_splits = true;
-    ReinsertionOptimizer::default().run(&mut tree, REINSERTED, None);
-    bvh2_to_cwbvh(&tree, 3, true, false)
-}
 
 impl Bvh {
     /// Builds the hierarchy of all triangles of `scene`.
     #[must_use]
     pub fn build(scene: &Scene) -> Self {
-        let unique = without_repeats(scene);
-        let scale = (DIAGONAL / scene.diagonal()).log2().ceil().clamp(-120.0, 120.0).exp2();
-        let scaled = |id: TriangleId| scene.corners(id).map(|p| p * scale);
-        let corners: Vec<Triangle> = unique
-            .iter()
-            .map(|&id| {
-                let [v0, v1, v2] = scaled(id).map(Into::into);
-                Triangle { v0, v1, v2 }
-            })
-            .collect();
-        if corners.is_empty() {
-            let (tree, sheets) = (CwBvh::default(), Sheets::default());
-            return Self { tree, triangles: Vec::new(), ids: Vec::new(), sheets, scale };
+        Self::new(Primitives::of(&scene.geometry(&repeats(&scene.triangles))).build(), scene)
+    }
+
+    /// The hierarchy of `scene` with the tree of its triangles.
+    #[must_use]
+    pub fn new(tree: Tree, scene: &Scene) -> Self {
+        let Tree { nodes, mut triangles, mut places, scale } = tree;
+        places.settle(scene);
+        let shared = places.shared();
+        let id = |leaf: usize| places.triangles[nodes.primitive_indices[leaf] as usize];
+        for leaf in 0..if shared.is_empty() { 0 } else { triangles.len() } {
+            if shared.contains(&(nodes.primitive_indices[leaf] as usize)) {
+                triangles[leaf] = Corners::new(scene.corners(id(leaf)).map(|p| p * scale));
+            }
         }
-        let tree = build_tree(&corners);
-        let triangles = tree.primitive_indices.iter().map(|&i| Corners::new(scaled(unique[i as usize]))).collect();
-        let of_leaf = || tree.primitive_indices.iter().map(|&i| unique[i as usize]);
-        let sheets = Sheets::new(&scene.coplanar, of_leaf(), scale);
+        let sheets = Sheets::new(&scene.coplanar, (0..triangles.len()).map(id), scale);
         let flag = |is: bool, bit: u32| if is { bit } else { 0 };
-        let flagged = |(leaf, id): (usize, TriangleId)| {
+        let flagged = |leaf: usize| {
+            let id = id(leaf);
             id.0 | flag(scene.material(id).map_d.is_some(), MASKED) | flag(sheets.has(leaf), ON_SHEET)
         };
-        let ids = of_leaf().enumerate().map(flagged).collect();
-        Self { tree, triangles, ids, sheets, scale }
+        let ids = (0..triangles.len()).into_par_iter().map(flagged).collect();
+        Self { tree: nodes, triangles, ids, sheets, scale }
     }
 
     /// The closest opaque hit of `ray`, whichever side it comes from.

@@ -2,7 +2,9 @@
 
 pub mod bvh;
 pub mod offset;
+mod places;
 mod sheets;
+pub mod tree;
 pub mod watertight;
 
 use crate::scene::{FaceId, Scene, TriangleId};

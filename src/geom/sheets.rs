@@ -1,41 +1,9 @@
 //! Rays against triangles whose distance is that of their plane (`scene::coplanar`).
 
 use super::Ray;
+use crate::scene::TriangleId;
 use crate::scene::coplanar::{Coplanar, Member};
-use crate::scene::material::MaterialId;
-use crate::scene::{Scene, TriangleId};
 use glam::DVec3;
-use rustc_hash::FxHashMap;
-
-/// The triangles that rays are tested against: of those in one place that face one way the one that is seen. Those with a cut-out
-/// mask all stay, but for repeats of one material.
-///
-/// The builder takes quadratic time over coincident ones (measured: 12 s for 20,000).
-pub fn without_repeats(scene: &Scene) -> Vec<TriangleId> {
-    type Place = ([u32; 3], bool, Option<MaterialId>);
-    let mut seen: FxHashMap<Place, usize> = FxHashMap::default();
-    let mut unique: Vec<TriangleId> = Vec::with_capacity(scene.triangles.len());
-    let rank = |id: TriangleId| scene.coplanar.member(id).map_or(0, |member| member.ranks[0]);
-    for id in (0..scene.triangles.len() as u32).map(TriangleId) {
-        let (place, is_odd) = place(scene.triangles[id.0 as usize]);
-        let mask = scene.material(id).map_d.map(|_| scene.triangle_materials[id.0 as usize]);
-        let slot = *seen.entry((place, is_odd, mask)).or_insert(unique.len());
-        match unique.get_mut(slot) {
-            Some(other) if rank(id) > rank(*other) => *other = id,
-            Some(_) => {}
-            None => unique.push(id),
-        }
-    }
-    unique
-}
-
-/// The corners in ascending order, and whether that turns the triangle over.
-fn place(corners: [u32; 3]) -> ([u32; 3], bool) {
-    let mut sorted = corners;
-    sorted.sort_unstable();
-    let [a, b, _] = sorted.map(|c| corners.iter().position(|&corner| corner == c).unwrap_or(0));
-    (sorted, (a + 1) % 3 != b)
-}
 
 /// Planes in the hierarchy's units, and how each leaf triangle takes part.
 #[derive(Default)]
@@ -82,18 +50,5 @@ impl Sheets {
         let t = (offset - normal.dot(ray.origin.as_dvec3())) / slope;
         let is_back = (slope > 0.0) == member.along;
         (t >= 0.0 && t.is_finite()).then(|| OnSheet { t: t as f32, rank: member.ranks[usize::from(is_back)] })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_turned_triangle_is_in_the_same_place_the_other_way() {
-        assert_eq!(place([4, 9, 7]), place([9, 7, 4]));
-        let (forth, back) = (place([4, 9, 7]), place([7, 9, 4]));
-        assert_eq!(forth.0, back.0);
-        assert_ne!(forth.1, back.1);
     }
 }

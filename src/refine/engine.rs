@@ -101,6 +101,17 @@ impl Engine {
     /// An engine with an empty cache.
     #[must_use]
     pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, options: Options) -> Self {
+        Self::awaiting(scene, |_| bvh, workers, options)
+    }
+
+    /// An engine whose hierarchy may still be in the making: what needs no rays is made before it is waited for.
+    #[must_use]
+    pub fn awaiting(
+        scene: Arc<Scene>,
+        hierarchy: impl FnOnce(&Scene) -> Arc<Bvh>,
+        workers: Workers,
+        options: Options,
+    ) -> Self {
         let lights = Lights::in_groups(&scene, options.max_light_groups);
         let mut cache = Cache::new(&scene, lights.group_count());
         cache.indirect.filter = options.filter && !options.without.has(Piece::Filter);
@@ -123,8 +134,8 @@ impl Engine {
             leaving: Vec::new(),
             stats: EngineStats::default(),
             born: thread_nanoseconds(),
+            bvh: hierarchy(&scene),
             scene,
-            bvh,
             lights,
             options,
             workers,

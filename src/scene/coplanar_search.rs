@@ -2,6 +2,7 @@
 //! [`Coplanar`].
 
 use super::coplanar::{Coplanar, Member, Plane};
+use super::geometry::repeats;
 use super::overlap::overlapping;
 use super::union::Union;
 use super::{FaceId, Scene, TriangleId};
@@ -20,7 +21,12 @@ impl Coplanar {
     /// Finds them.
     #[must_use]
     pub fn find(scene: &Scene) -> Self {
-        let pairs = overlapping(scene);
+        Self::find_with(scene, &repeats(&scene.triangles))
+    }
+
+    /// Finds them where the [repeats] are known.
+    pub(super) fn find_with(scene: &Scene, repeats: &[[TriangleId; 2]]) -> Self {
+        let pairs = overlapping(scene, repeats);
         let large = large(scene);
         let mut triangles: Vec<TriangleId> = pairs.iter().flatten().copied().chain(large).collect();
         triangles.sort_unstable();

@@ -1,6 +1,7 @@
 //! How large a scene is, what of it is nearest to a point, and where it lies.
 
 use super::camera::{Camera, ImageSize, View};
+use super::geometry::bounds;
 use super::{Scene, TriangleId};
 use crate::math::triangle::nearest_to_origin;
 use glam::Vec3;
@@ -18,9 +19,7 @@ impl Scene {
     /// Smallest and largest coordinates of the drawable geometry; `None` without any.
     #[must_use]
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
-        let mut used = self.triangles.iter().flatten().map(|&i| self.positions[i as usize]);
-        let first = used.next()?;
-        Some(used.fold((first, first), |(lo, hi), p| (lo.min(p), hi.max(p))))
+        bounds(&self.positions, &self.triangles)
     }
 
     /// Length of the diagonal of the bounds; 1 for an empty scene.
@@ -67,7 +66,8 @@ fn spread(points: &[Vec3]) -> Option<Vec3> {
         let low = *values.select_nth_unstable_by(left_out, f32::total_cmp).1;
         *values.select_nth_unstable_by(last - left_out, f32::total_cmp).1 - low
     };
-    Some(Vec3::new(along(0), along(1), along(2)))
+    let (x, (y, z)) = rayon::join(|| along(0), || rayon::join(|| along(1), || along(2)));
+    Some(Vec3::new(x, y, z))
 }
 
 #[cfg(test)]

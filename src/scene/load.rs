@@ -1,9 +1,10 @@
 //! Loading a scene: a scene file or a bare OBJ, its materials and textures; every fault with its place.
 
 use super::coplanar::Coplanar;
+use super::geometry::Geometry;
 use super::input::{self, Kind};
 use super::light::Light;
-use super::material::{Material, MaterialId, TextureMap};
+use super::material::{Material, TextureMap};
 use super::material_library::MaterialLibrary;
 use super::obj::{self, SKIP, Soup};
 use super::obj_text::{Named, ObjText};
@@ -14,7 +15,7 @@ use super::texture::Texture;
 use super::up_axis::UpAxis;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -57,13 +58,13 @@ impl Counts {
 /// Wall time of the stages; textures and geometry run side by side.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timings {
-    /// Reading the files and checking their text.
+    /// Reading the files, checking their text and parsing it.
     pub text: Duration,
     /// MTL files.
     pub materials: Duration,
     /// Decoding textures.
     pub textures: Duration,
-    /// Parsing the checked text, welding, cutting polygons.
+    /// Welding, cutting polygons.
     pub geometry: Duration,
     /// Normals, lights, cameras.
     pub finish: Duration,
@@ -85,15 +86,25 @@ pub fn load(path: &Path) -> Result<Loaded> {
 /// # Errors
 /// Those of [`load`]; [`Error::Usage`] where a scene file comes with `up`.
 pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
+    load_beside(path, up, |_| {})
+}
+
+/// Loads as [`load_with`], and hands out where the triangles are as soon as that is known: what needs no more can be made beside the
+/// rest of the loading. The scene may be refused nevertheless.
+///
+/// # Errors
+/// Those of [`load_with`].
+pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Geometry) + Send) -> Result<Loaded> {
     let start = Instant::now();
     let main = open(path, up)?;
     let (description, mut report) = main.describe(path, DVec3::ZERO);
     let mut timings = Timings::default();
     let (paths, bytes) = read_objs(path, &description, &mut report);
-    let origin = origin::find(&bytes);
+    let (mut files, origin) = parse_objs(&paths, &bytes);
+    drop(bytes);
     let description = if origin == DVec3::ZERO { description } else { main.describe(path, origin).0 };
     warn_of_origin(path, origin, &mut report);
-    let files = parse_objs(paths, bytes, origin, &mut report);
+    files.iter_mut().for_each(|file| report.faults.append(&mut file.text.report.faults));
     timings.text = start.elapsed();
     let mut library = MaterialLibrary::default();
     let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut library, &mut report)).collect();
@@ -101,15 +112,14 @@ pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
     let slots: Vec<Slots> =
         files.iter().zip(&named).map(|(file, named)| resolve(file, named, &mut library, &mut report)).collect();
     timings.materials = start.elapsed() - timings.text;
-    let (decoded, soup) = rayon::join(|| decode(&library), || assemble(&files, &slots, &library.painted));
+    let (decoded, soup) = rayon::join(|| decode(&library), || assemble(&files, &slots, &library.painted, on_geometry));
     let ((images, ids, image_report), spent) = decoded;
     timings.textures = spent;
-    let (soup, geometry_report, spent) = soup;
+    let (soup, spent) = soup;
     timings.geometry = spent;
     let finish = Instant::now();
     let scene_materials = build_materials(&library, &ids, &mut report);
     report.faults.extend(image_report.faults);
-    report.faults.extend(geometry_report.faults);
     let counts = Counts {
         drawn: soup.triangles.len(),
         zero_area: soup.zero_area,
@@ -179,10 +189,29 @@ impl Main {
     }
 }
 
-/// An OBJ file after its first pass.
+/// An OBJ file.
 struct ObjFile {
     path: PathBuf,
     text: ObjText,
+    models: Vec<tobj::Model>,
+}
+
+impl ObjFile {
+    /// Reads a file, positions from `origin`.
+    fn parse(path: &Path, bytes: &[u8], origin: DVec3) -> Self {
+        let mut text = ObjText::read(path, bytes, origin);
+        let models = obj::parse(&text).unwrap_or_else(|error| {
+            text.report.error(path, None, format!("cannot be read: {error}"));
+            Vec::new()
+        });
+        Self { path: path.to_owned(), text, models }
+    }
+
+    /// Positions that faces use; one that is no number stands for those that cannot be drawn.
+    fn positions(&self) -> Vec<Vec3> {
+        let positions = self.models.iter().flat_map(|model| model.mesh.positions.chunks_exact(3).map(Vec3::from_slice));
+        positions.chain((!self.text.all_usable).then_some(Vec3::NAN)).collect()
+    }
 }
 
 /// The OBJ files that can be read, with their bytes.
@@ -208,11 +237,15 @@ fn read_objs(main: &Path, description: &Description, report: &mut Report) -> (Ve
     files
 }
 
-fn parse_objs(paths: Vec<PathBuf>, bytes: Vec<Vec<u8>>, origin: DVec3, report: &mut Report) -> Vec<ObjFile> {
-    let parse = |(path, bytes): (PathBuf, Vec<u8>)| ObjFile { text: ObjText::read(&path, &bytes, origin), path };
-    let mut files: Vec<ObjFile> = paths.into_par_iter().zip(bytes).map(parse).collect();
-    files.iter_mut().for_each(|file| report.faults.append(&mut file.text.report.faults));
-    files
+/// The polygons of OBJ files, and the point that becomes the origin: where that is another than theirs, they are read anew.
+fn parse_objs(paths: &[PathBuf], bytes: &[Vec<u8>]) -> (Vec<ObjFile>, DVec3) {
+    let parse = |origin: DVec3| -> Vec<ObjFile> {
+        paths.par_iter().zip(bytes).map(|(path, bytes)| ObjFile::parse(path, bytes, origin)).collect()
+    };
+    let files = parse(DVec3::ZERO);
+    let positions: Vec<Vec<Vec3>> = files.iter().map(ObjFile::positions).collect();
+    let origin = if origin::is_here(&positions) { DVec3::ZERO } else { origin::find(bytes) };
+    if origin == DVec3::ZERO { (files, origin) } else { (parse(origin), origin) }
 }
 
 /// Where the scene is moved from, said once.
@@ -288,19 +321,20 @@ fn decode(library: &MaterialLibrary) -> Decoded {
     ((images, ids, report), start.elapsed())
 }
 
-fn assemble(files: &[ObjFile], slots: &[Slots], painted: &[bool]) -> (Soup, Report, Duration) {
+fn assemble(
+    files: &[ObjFile],
+    slots: &[Slots],
+    painted: &[bool],
+    on_geometry: impl FnOnce(&Geometry),
+) -> (Soup, Duration) {
     let start = Instant::now();
-    let mut report = Report::default();
     let mut soup = Soup::default();
-    let parsed: Vec<_> = files.par_iter().map(|file| obj::parse(&file.text)).collect();
-    for ((models, file), slots) in parsed.into_iter().zip(files).zip(slots) {
-        match models {
-            Ok(models) => soup.add(&models, &slots.of_material, slots.no_material, painted),
-            Err(error) => report.error(&file.path, None, format!("cannot be read: {error}")),
-        }
+    for (file, slots) in files.iter().zip(slots) {
+        soup.add(&file.models, &slots.of_material, slots.no_material, painted);
     }
-    soup.complete_colours();
-    (soup, report, start.elapsed())
+    soup.complete();
+    on_geometry(&soup.geometry());
+    (soup, start.elapsed())
 }
 
 /// The materials of all slots; `ids` answers the requests of the drawn ones, in order.
@@ -345,7 +379,7 @@ fn finish_scene(
         normals: soup.normals,
         uvs: soup.uvs,
         colours: soup.colours,
-        triangle_materials: soup.slots.into_iter().map(MaterialId).collect(),
+        triangle_materials: soup.slots,
         materials,
         textures,
         emission_side: description.emission_side,
@@ -360,7 +394,7 @@ fn finish_scene(
         let message = format!("{turned} vertex normals (vn) point to the back of their face and are turned");
         report.warn(path, None, message);
     }
-    scene.coplanar = Coplanar::find(&scene);
+    scene.coplanar = Coplanar::find_with(&scene, &soup.repeats);
     let area_lights = emitters::find(&scene);
     add_lights(&mut scene.lights, area_lights);
     complete_view(path, description.up, &mut scene, report);

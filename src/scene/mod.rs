@@ -13,6 +13,7 @@ mod extent;
 mod find_file;
 pub mod footprint;
 pub mod framing;
+pub mod geometry;
 pub mod horizon;
 mod ids;
 mod input;

@@ -1,7 +1,9 @@
 //! Geometry of OBJ files: polygons from `tobj`, welded and cut into triangles.
 
+use super::geometry::{Geometry, repeats};
+use super::material::MaterialId;
 use super::obj_text::ObjText;
-use super::polygon;
+use super::{TriangleId, polygon};
 use glam::{Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
@@ -16,10 +18,12 @@ pub(super) struct Soup {
     pub normals: Vec<[Vec3; 3]>,
     /// Texture coordinates at the corners; zero where the file has none.
     pub uvs: Vec<[Vec2; 3]>,
-    /// Vertex colours at the corners, 1 where they do not count; see [`Self::complete_colours`].
+    /// Vertex colours at the corners, 1 where they do not count; see [`Self::complete`].
     pub colours: Vec<[Vec3; 3]>,
     /// Material slot of each triangle: what the caller's list says for its `usemtl`.
-    pub slots: Vec<u32>,
+    pub slots: Vec<MaterialId>,
+    /// What [`repeats`] finds, once all triangles are there.
+    pub repeats: Vec<[TriangleId; 2]>,
     /// Triangles that were left out because they have no area.
     pub zero_area: usize,
     /// Triangles that were left out because their slot is [`SKIP`].
@@ -57,6 +61,9 @@ impl Soup {
         self.triangles.reserve(count);
         self.normals.reserve(count);
         self.uvs.reserve(count);
+        self.slots.reserve(count);
+        self.positions.reserve(mesh.positions.len() / 3);
+        self.welded.reserve(mesh.positions.len() / 3);
         let global: Vec<u32> = mesh.positions.chunks_exact(3).map(|p| self.weld(Vec3::from_slice(p))).collect();
         let mut polygon = Polygon::default();
         let mut first = 0;
@@ -83,11 +90,18 @@ impl Soup {
         index
     }
 
-    /// Colours for all triangles where any has some.
-    pub(super) fn complete_colours(&mut self) {
+    /// After all files: colours for all triangles where any has some, and which triangles repeat others.
+    pub(super) fn complete(&mut self) {
         if !self.colours.is_empty() {
             self.colours.resize(self.triangles.len(), [Vec3::ONE; 3]);
         }
+        self.repeats = repeats(&self.triangles);
+    }
+
+    /// Where the triangles are.
+    pub(super) fn geometry(&self) -> Geometry<'_> {
+        let Self { positions, triangles, slots, repeats, .. } = self;
+        Geometry { positions, triangles, materials: slots, repeats }
     }
 
     fn add_polygon(&mut self, polygon: &mut Polygon, slot: u32) {
@@ -110,7 +124,7 @@ impl Soup {
                 self.triangles.push(pick.map(|c| polygon.vertices[c]));
                 self.normals.push(pick.map(|c| polygon.normals[c]));
                 self.uvs.push(pick.map(|c| polygon.uvs[c]));
-                self.slots.push(slot);
+                self.slots.push(MaterialId(slot));
             }
         }
         // n corners stand for n − 2 triangles, however many of them have an area.

@@ -36,6 +36,8 @@ pub(super) struct Named {
 pub(super) struct ObjText {
     /// `v`, `vt` and `vn` lines for `tobj`.
     pub vertices: Vec<u8>,
+    /// Whether all positions can be drawn.
+    pub all_usable: bool,
     /// Whether the vertices have colours.
     pub has_colours: bool,
     /// `usemtl` and `f` lines for `tobj`.
@@ -116,6 +118,7 @@ impl ObjText {
         if self.has_colours {
             colours.append_to(&mut self.vertices, warnings);
         }
+        self.all_usable = survey.unusable.is_empty();
         self.stand_ins(survey.totals);
         survey
     }

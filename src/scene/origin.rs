@@ -1,7 +1,7 @@
 //! Scenes far from the origin, as map coordinates are: moved there in double precision before single precision begins.
 
 use super::text::{self, Lines};
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
 /// Positions looked at in each file, at most, spread evenly over it.
@@ -14,6 +14,17 @@ const FAR: f64 = 8.0;
 pub(super) fn find(files: &[Vec<u8>]) -> DVec3 {
     let samples: Vec<DVec3> = files.par_iter().flat_map_iter(|bytes| sample(bytes)).collect();
     choose(samples)
+}
+
+/// Whether all positions could be read in single precision and lie where it is fine enough, so that no other origin need be looked for.
+pub(super) fn is_here(files: &[Vec<Vec3>]) -> bool {
+    let sample = |positions: &Vec<Vec3>| {
+        let mut sample = Sample::default();
+        positions.iter().for_each(|p| sample.offer(|| Some(p.as_dvec3())));
+        sample.found
+    };
+    let readable = files.par_iter().all(|positions| positions.iter().all(|p| p.is_finite()));
+    readable && choose(files.par_iter().flat_map_iter(sample).collect()) == DVec3::ZERO
 }
 
 fn choose(mut samples: Vec<DVec3>) -> DVec3 {
@@ -32,29 +43,51 @@ fn choose(mut samples: Vec<DVec3>) -> DVec3 {
     (middle / step).round() * step
 }
 
-/// Positions of an OBJ file's text.
-fn sample(bytes: &[u8]) -> Vec<DVec3> {
-    let mut found = Vec::new();
-    let (mut stride, mut count) = (1, 0_usize);
-    let mut lines = Lines::new(bytes);
-    while let Some(line) = lines.next() {
-        let Ok((_, line)) = line else { continue };
-        let (b"v", rest) = text::keyword(line) else { continue };
-        count += 1;
-        if count % stride == 0 {
-            found.extend(text::position(rest).filter(|p| p.is_finite()));
+/// Some of many positions, spread evenly over them.
+struct Sample {
+    found: Vec<DVec3>,
+    /// Every so many are taken.
+    stride: usize,
+    count: usize,
+}
+
+impl Default for Sample {
+    fn default() -> Self {
+        Self { found: Vec::new(), stride: 1, count: 0 }
+    }
+}
+
+impl Sample {
+    /// The next position, which is read only where it is taken.
+    fn offer(&mut self, position: impl FnOnce() -> Option<DVec3>) {
+        self.count += 1;
+        if self.count.is_multiple_of(self.stride) {
+            self.found.extend(position().filter(|p| p.is_finite()));
         }
-        if found.len() == SAMPLES {
+        if self.found.len() == SAMPLES {
             // Every other one, and from here on half as many.
             let mut keep = false;
-            found.retain(|_| {
+            self.found.retain(|_| {
                 keep = !keep;
                 keep
             });
-            stride *= 2;
+            self.stride *= 2;
         }
     }
-    found
+}
+
+/// Positions of an OBJ file's text.
+fn sample(bytes: &[u8]) -> Vec<DVec3> {
+    let mut sample = Sample::default();
+    let mut lines = Lines::new(bytes);
+    while let Some(line) = lines.next() {
+        if let Ok((_, line)) = line
+            && let (b"v", rest) = text::keyword(line)
+        {
+            sample.offer(|| text::position(rest));
+        }
+    }
+    sample.found
 }
 
 #[cfg(test)]
@@ -74,6 +107,16 @@ mod tests {
         assert_eq!(choose(house(far, 4.0)), DVec3::new(412_350.0, 40.0, -5_412_350.0));
         let in_millimetres = choose(house(far * 1e3, 4e3));
         assert_eq!(in_millimetres, DVec3::new(412_350e3, 40e3, -5_412_350e3));
+    }
+
+    #[test]
+    fn what_single_precision_cannot_tell_is_looked_at_again() {
+        let single = |points: Vec<DVec3>| points.into_iter().map(DVec3::as_vec3).collect::<Vec<Vec3>>();
+        let near = single(house(DVec3::new(-2.0, 0.0, 5.0), 4.0));
+        let far = single(house(DVec3::splat(1e6), 4.0));
+        let unreadable = vec![Vec3::NAN; 3];
+        assert!(is_here(std::slice::from_ref(&near)) && is_here(&[]));
+        assert!(!is_here(&[far]) && !is_here(&[near, unreadable]));
     }
 
     #[test]

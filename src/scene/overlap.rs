@@ -4,7 +4,6 @@ use super::{Scene, TriangleId};
 use crate::math::combine;
 use glam::{DVec2, DVec3, Vec2};
 use rayon::prelude::*;
-use rustc_hash::FxHashMap;
 
 /// What rounding to f32 moves a sum of few coordinates by, against the largest of them.
 const ROUNDING: f64 = 1.0 / (1 << 22) as f64;
@@ -20,8 +19,9 @@ const MOST_TESTED: usize = 16;
 
 /// Pairs of triangles that overlap in one plane, exactly or as nearly as rounded coordinates do. Every triangle that does is in
 /// one, and those that do so with each other are connected by pairs, unless tens of thousands crowd in one place.
-pub(super) fn overlapping(scene: &Scene) -> Vec<[TriangleId; 2]> {
-    let (unique, mut pairs) = in_one_place(scene);
+/// `repeats` are those in the place of another.
+pub(super) fn overlapping(scene: &Scene, repeats: &[[TriangleId; 2]]) -> Vec<[TriangleId; 2]> {
+    let unique = without(repeats, scene.triangles.len());
     let offset_cell = f64::from(scene.scale()) * OFFSETS;
     let cells = |&id: &TriangleId| {
         let flat = Flat::new(scene, id);
@@ -31,56 +31,68 @@ pub(super) fn overlapping(scene: &Scene) -> Vec<[TriangleId; 2]> {
     in_cells.par_sort_unstable();
     let shared: Vec<&[(u64, TriangleId)]> =
         in_cells.chunk_by(|a, b| a.0 == b.0).filter(|cell| cell.len() > 1).collect();
-    let found: Vec<_> = shared.par_iter().flat_map_iter(|cell| overlapping_in(scene, cell)).collect();
-    pairs.extend(found);
+    let mut pairs = repeats.to_vec();
+    pairs.par_extend(shared.par_iter().flat_map_iter(|cell| overlapping_in(scene, cell)));
     pairs
+}
+
+/// All triangles but the repeats.
+fn without(repeats: &[[TriangleId; 2]], count: usize) -> Vec<TriangleId> {
+    let mut left_out = repeats.iter().map(|&[_, later]| later).peekable();
+    (0..count as u32).map(TriangleId).filter(|id| left_out.next_if_eq(id).is_none()).collect()
 }
 
 /// Those of one cell: swept along an axis.
 fn overlapping_in(scene: &Scene, cell: &[(u64, TriangleId)]) -> Vec<[TriangleId; 2]> {
     let first = Flat::new(scene, cell[0].1);
     let axis = first.normal.abs().max_position();
-    let mut boxes: Vec<(Vec2, Vec2, TriangleId)> = cell.iter().map(|&(_, id)| bounds_across(scene, id, axis)).collect();
-    boxes.sort_unstable_by(|a, b| a.0.x.total_cmp(&b.0.x));
+    let mut shadows: Vec<Shadow> = cell.iter().map(|&(_, id)| Shadow::new(scene, id, axis)).collect();
+    shadows.sort_unstable_by(|a, b| a.lo.x.total_cmp(&b.lo.x));
     let mut found = Vec::new();
-    let (mut compared, mut tested) = (boxes.len() * MOST_COMPARED, boxes.len() * MOST_TESTED);
-    for (k, &(_, hi, id)) in boxes.iter().enumerate() {
-        let beside = boxes[k + 1..].iter().take_while(|other| other.0.x <= hi.x).take(compared);
-        let lo_y = boxes[k].0.y;
-        let near = beside.inspect(|_| compared -= 1).filter(|other| other.0.y <= hi.y && other.1.y >= lo_y);
-        let pairs = near.map(|other| [id, other.2]).take(tested).inspect(|_| tested -= 1);
-        found.extend(pairs.filter(|&[a, b]| overlap(scene, a, b)));
+    let (mut compared, mut tested) = (shadows.len() * MOST_COMPARED, shadows.len() * MOST_TESTED);
+    for (k, this) in shadows.iter().enumerate() {
+        let beside = shadows[k + 1..].iter().take_while(|other| other.lo.x <= this.hi.x).take(compared);
+        let near = beside.inspect(|_| compared -= 1).filter(|other| other.lo.y <= this.hi.y && other.hi.y >= this.lo.y);
+        let close = near.take(tested).inspect(|_| tested -= 1).filter(|other| !this.is_beside(other));
+        found.extend(close.map(|other| [this.id, other.id]).filter(|&[a, b]| overlap(scene, a, b)));
     }
     found
 }
 
-/// Bounds of a triangle along the two other axes.
-fn bounds_across(scene: &Scene, id: TriangleId, axis: usize) -> (Vec2, Vec2, TriangleId) {
-    let [a, b, c] = scene.corners(id).map(|p| Vec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3]));
-    (a.min(b).min(c), a.max(b).max(c), id)
+/// A triangle as seen along an axis.
+struct Shadow {
+    corners: [Vec2; 3],
+    lo: Vec2,
+    hi: Vec2,
+    id: TriangleId,
+}
+
+impl Shadow {
+    fn new(scene: &Scene, id: TriangleId, axis: usize) -> Self {
+        let corners @ [a, b, c] = scene.corners(id).map(|p| Vec2::new(p[(axis + 1) % 3], p[(axis + 2) % 3]));
+        Self { corners, lo: a.min(b).min(c), hi: a.max(b).max(c), id }
+    }
+
+    /// Whether an edge of either has the other beyond it or on it, as neighbours in a mesh have; exact but for the rounding of f64.
+    fn is_beside(&self, other: &Self) -> bool {
+        self.has_beyond_an_edge(other) || other.has_beyond_an_edge(self)
+    }
+
+    fn has_beyond_an_edge(&self, other: &Self) -> bool {
+        let [corners, others] = [self, other].map(|shadow| shadow.corners.map(Vec2::as_dvec2));
+        (0..3).any(|k| {
+            let [from, to, third] = [0, 1, 2].map(|j| corners[(k + j) % 3]);
+            let across = (to - from).perp();
+            let inside = across.dot(third - from);
+            inside != 0.0 && others.iter().all(|&point| inside.signum() * across.dot(point - from) <= 0.0)
+        })
+    }
 }
 
 /// Whether the smaller of two triangles lies in the plane of the other and overlaps it.
 fn overlap(scene: &Scene, a: TriangleId, b: TriangleId) -> bool {
     let [a, b] = [a, b].map(|id| Flat::new(scene, id));
     if a.area < b.area { a.overlaps(&b) } else { b.overlaps(&a) }
-}
-
-/// Triangles, one a place, and the others in its place with it.
-fn in_one_place(scene: &Scene) -> (Vec<TriangleId>, Vec<[TriangleId; 2]>) {
-    let mut first: FxHashMap<[u32; 3], TriangleId> = FxHashMap::default();
-    let (mut unique, mut pairs) = (Vec::with_capacity(scene.triangles.len()), Vec::new());
-    for (id, &corners) in (0..).map(TriangleId).zip(&scene.triangles) {
-        let mut place = corners;
-        place.sort_unstable();
-        let other = *first.entry(place).or_insert(id);
-        if other == id {
-            unique.push(id);
-        } else {
-            pairs.push([other, id]);
-        }
-    }
-    (unique, pairs)
 }
 
 /// A triangle as an element of a plane.
@@ -161,6 +173,7 @@ fn overlap_in_plane(a: &Flat, b: &Flat, margin: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::geometry::repeats;
     use glam::Vec3;
     fn pairs(triangles: &[[Vec3; 3]]) -> Vec<[u32; 2]> {
         let mut scene = Scene::default();
@@ -176,7 +189,8 @@ mod tests {
             let corners: Vec<u32> = corners.collect();
             scene.triangles.push([corners[0], corners[1], corners[2]]);
         }
-        let mut found: Vec<[u32; 2]> = overlapping(&scene).into_iter().map(|pair| pair.map(|t| t.0)).collect();
+        let mut found: Vec<[u32; 2]> =
+            overlapping(&scene, &repeats(&scene.triangles)).into_iter().map(|pair| pair.map(|t| t.0)).collect();
         found.iter_mut().for_each(|pair| pair.sort_unstable());
         found.sort_unstable();
         found

@@ -44,6 +44,10 @@ impl Clock {
         self.first_light.get_or_insert_with(Instant::now);
     }
 
+    pub(super) const fn has_light(&self) -> bool {
+        self.first_light.is_some()
+    }
+
     /// A frame is done, with a picture or without; when that is, since the first frame began.
     pub(super) fn frame_ends(&mut self, picture: bool, complete: bool) -> Duration {
         let now = Moment::now();

@@ -224,19 +224,26 @@ impl Session {
             None => self.arrived()?,
         };
         let mut turn = Turn { moved: self.apply(&updates)?, updates };
-        while self.batches().is_none() && !turn.moved && !self.frame_is_due(observer.interrupted()) {
+        while self.batches().is_none()
+            && !(turn.moved && self.shows_light() || self.frame_is_due(observer.interrupted()))
+        {
             observer.works(self.clock.since_first_frame(), &self.stats);
             let updates = self.arrived()?;
-            turn.moved = self.apply(&updates)?;
+            turn.moved |= self.apply(&updates)?;
             turn.updates.extend(updates);
         }
         Ok(turn)
     }
 
+    /// Whether a frame would show light; where frames are seldom, none is drawn before. Others show the bare geometry at once.
+    fn shows_light(&self) -> bool {
+        self.frames_come != Frames::Seldom || self.clock.has_light()
+    }
+
     /// Whether a frame is to be drawn of what has arrived.
     fn frame_is_due(&self, interrupted: bool) -> bool {
         self.frames_come != Frames::Seldom
-            || self.clock.frame_is_cheap()
+            || self.clock.has_light() && self.clock.frame_is_cheap()
             || self.stats.complete && self.clock.complete_picture.is_none()
             || self.ended_by(interrupted).is_some()
     }

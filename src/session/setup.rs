@@ -5,11 +5,13 @@ use super::light_engine::{LightEngine, Pace};
 use super::options::{Frames, Options, thread_count};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
+use crate::geom::tree::{Primitives, Tree};
 use crate::pass::Renderer;
 use crate::refine::engine::Engine;
 use crate::refine::thread::{EngineThread, Pace as ThreadPace};
 use crate::refine::workers::Workers;
 use crate::scene::Scene;
+use crate::scene::geometry::{Geometry, repeats};
 use crate::vk::{Device, DeviceOptions};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
@@ -75,7 +77,7 @@ impl Gpu {
     pub fn session(
         self,
         scene: &Arc<Scene>,
-        hierarchy: impl FnOnce() -> Arc<Bvh> + Send + 'static,
+        hierarchy: impl FnOnce(&Scene) -> Arc<Bvh> + Send + 'static,
         options: &Options,
     ) -> Result<Session> {
         let mut renderer = self.renderer;
@@ -94,40 +96,42 @@ impl Session {
     /// [`Error::NoDevice`] without a usable device, [`Error::Exhausted`] when memory or threads run out.
     pub fn open(scene: &Arc<Scene>, options: &Options) -> Result<Self> {
         let opening = Opening::start(options)?;
-        let hierarchy = Hierarchy::start(scene)?;
-        opening.finish()?.session(scene, || hierarchy.finish(), options)
+        let hierarchy = Hierarchy::start(&scene.geometry(&repeats(&scene.triangles)))?;
+        opening.finish()?.session(scene, |scene| hierarchy.finish(scene), options)
     }
 }
 
 /// A hierarchy in the making.
 pub struct Hierarchy {
-    thread: JoinHandle<Bvh>,
+    thread: JoinHandle<(Tree, Duration)>,
     /// Seconds that it took, once it is there.
     pub seconds: Arc<OnceLock<f64>>,
 }
 
 impl Hierarchy {
-    /// Builds the hierarchy of a scene on a thread of its own.
+    /// Builds the hierarchy of triangles on a thread of its own.
     ///
     /// # Errors
     /// [`Error::Exhausted`] if the system gives no thread.
-    pub fn start(scene: &Arc<Scene>) -> Result<Self> {
-        let seconds = Arc::new(OnceLock::new());
-        let (scene, done) = (Arc::clone(scene), Arc::clone(&seconds));
+    pub fn start(geometry: &Geometry) -> Result<Self> {
+        let start = Instant::now();
+        let primitives = Primitives::of(geometry);
         let thread = spawn("penombre-bvh", move || {
-            let start = Instant::now();
-            let bvh = Bvh::build(&scene);
-            let _ = done.set(start.elapsed().as_secs_f64());
-            bvh
+            let tree = primitives.build();
+            (tree, start.elapsed())
         })?;
-        Ok(Self { thread, seconds })
+        Ok(Self { thread, seconds: Arc::default() })
     }
 
-    /// Waits for it.
+    /// Waits for it; `scene` is that of the triangles.
     #[must_use]
-    pub fn finish(self) -> Arc<Bvh> {
+    pub fn finish(self, scene: &Scene) -> Arc<Bvh> {
         // A panic of the builder has ended the process in the panic hook; an empty tree never gets used.
-        Arc::new(self.thread.join().unwrap_or_else(|_| Bvh::build(&Scene::default())))
+        let Ok((tree, spent)) = self.thread.join() else { return Arc::new(Bvh::build(&Scene::default())) };
+        let start = Instant::now();
+        let bvh = Bvh::new(tree, scene);
+        let _ = self.seconds.set((spent + start.elapsed()).as_secs_f64());
+        Arc::new(bvh)
     }
 }
 
@@ -138,7 +142,7 @@ const BATCH_OF_SELDOM_FRAMES: Duration = Duration::from_millis(20);
 /// Starts an engine; its thread waits for the hierarchy.
 fn engine_thread(
     scene: &Arc<Scene>,
-    hierarchy: impl FnOnce() -> Arc<Bvh> + Send + 'static,
+    hierarchy: impl FnOnce(&Scene) -> Arc<Bvh> + Send + 'static,
     options: &Options,
     frames: Frames,
 ) -> Result<EngineThread> {
@@ -150,7 +154,7 @@ fn engine_thread(
         Pace::Fixed(_) => ThreadPace::Stepped,
     };
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
-    let build = move || Engine::new(scene, hierarchy(), workers, options);
+    let build = move || Engine::awaiting(scene, hierarchy, workers, options);
     EngineThread::spawn(pace, beside_frames, build).map_err(|e| no_threads(&e))
 }
 

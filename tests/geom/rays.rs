@@ -11,14 +11,14 @@ use penombre::scene::material::MaterialId;
 use penombre::scene::texture::{Texture, TextureId};
 
 /// A soup of triangles of many sizes, half of them with a cut-out mask.
-fn soup() -> Scene {
+fn soup(count: u32) -> Scene {
     let mut scene = Scene::default();
     material(&mut scene, |_| {});
     material(&mut scene, |m| m.map_d = Some(TextureId(0).into()));
     let texels = (0..64).map(|i| [255, 255, 255, if (i / 8 + i % 8) % 2 == 0 { 255 } else { 0 }]).collect();
     scene.textures.push(Texture::new("checker".into(), [8, 8], texels));
     let sequence = Sequence::new(1);
-    for i in 0..600 {
+    for i in 0..count {
         let at = |set| Vec3::from_slice(&sequence.point_of_set(i, set)[..3]);
         let size = 0.02 + 0.5 * sequence.point_of_set(i, 3)[0].powi(4);
         let corner = at(0);
@@ -38,11 +38,20 @@ fn rays(n: u32) -> impl Iterator<Item = Ray> {
 
 #[test]
 fn closest_hits_equal_brute_force() {
-    let scene = soup();
-    let bvh = Bvh::build(&scene);
+    compare_closest(&soup(600), 4000);
+}
+
+/// So many that the tree is made in parts.
+#[test]
+fn closest_hits_in_a_large_tree_equal_brute_force() {
+    compare_closest(&soup(6000), 2000);
+}
+
+fn compare_closest(scene: &Scene, count: u32) {
+    let bvh = Bvh::build(scene);
     let (mut hits, mut differ) = (0, 0);
-    for ray in rays(4000) {
-        let (found, expected) = (bvh.closest(&scene, &ray), closest_by_brute_force(&scene, &ray));
+    for ray in rays(count) {
+        let (found, expected) = (bvh.closest(scene, &ray), closest_by_brute_force(scene, &ray));
         hits += u32::from(expected.is_some());
         let same = match (found, expected) {
             (Some(a), Some(b)) => {
@@ -59,7 +68,7 @@ fn closest_hits_equal_brute_force() {
 
 #[test]
 fn occlusion_equals_brute_force_on_segments() {
-    let scene = soup();
+    let scene = soup(600);
     let bvh = Bvh::build(&scene);
     let (mut blocked, mut differ) = (0, 0);
     for (i, ray) in rays(4000).enumerate() {

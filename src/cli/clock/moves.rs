@@ -84,7 +84,7 @@ impl Walk {
             ..Options::default()
         };
         let bvh = Arc::clone(&self.bvh);
-        let mut session = Opening::start(&options)?.finish()?.session(&self.scene, move || bvh, &options)?;
+        let mut session = Opening::start(&options)?.finish()?.session(&self.scene, move |_| bvh, &options)?;
         let mut moves = Vec::new();
         for picture in &self.pictures {
             let start = Instant::now();
