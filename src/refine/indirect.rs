@@ -92,7 +92,7 @@ impl Engine {
         if self.cache.predictions_are_stale() {
             self.refresh_predictions();
         }
-        self.predictions.note_survey();
+        self.predictions.note_survey(self.stats.rays);
     }
 
     /// Counts the pixels of the indirect layer's leaves below roots, whose leaves are `drawn`, and what the vertices' noise there

@@ -52,7 +52,8 @@ impl Predictions {
         }
         self.add_ancestors(cache, &mut added);
         if !added.is_empty() {
-            let rank = |vertex: VertexId| cache.vertices[vertex].first_slot.get().map_or(0, |slot| cache.slots[slot].rank);
+            let rank =
+                |vertex: VertexId| cache.vertices[vertex].first_slot.get().map_or(0, |slot| cache.slots[slot].rank);
             self.base.extend(added.into_iter().map(|vertex| Reverse((rank(vertex), vertex))));
             self.base.sort();
         }
@@ -116,9 +117,9 @@ impl Predictions {
         (self.refreshed_at, self.refreshes) = (rays, self.refreshes + 1);
     }
 
-    /// Notes that indirect light was surveyed anew.
-    pub fn note_survey(&mut self) {
-        self.refreshes = 0;
+    /// Notes that indirect light was surveyed anew, and predictions brought up to date, after so many rays in all.
+    pub fn note_survey(&mut self, rays: u64) {
+        (self.refreshed_at, self.refreshes) = (rays, 0);
     }
 
     /// Base vertices that predict others in this view.
@@ -138,7 +139,7 @@ mod tests {
         assert!(!predictions.are_due(99) && predictions.are_due(100));
         (0..40).for_each(|_| predictions.note_refresh(1000));
         assert!(!predictions.are_due(2599) && predictions.are_due(2600));
-        predictions.note_survey();
-        assert!(predictions.are_due(1100));
+        predictions.note_survey(5000);
+        assert!(!predictions.are_due(5099) && predictions.are_due(5100));
     }
 }
