@@ -44,6 +44,8 @@ pub struct Shown {
     pub specular: Vec3,
     /// What its vertex leaves to trace.
     pub left: Left,
+    /// Whether all of it is a guess by what was found around its vertex, which was never visited.
+    pub guessed: bool,
 }
 
 /// Luminance of a highlight against its light's diffuse one up to which it has the light's mean colour.
@@ -51,7 +53,8 @@ const COLOURLESS: f32 = 1e-3;
 
 /// Luminance of a slot seen from `eye`, over all lights. Highlights are exact for delta lights; for area lights they
 /// are the unoccluded ones times the visibility of the remembered points, weighted by the lobe
-/// (docs/method/what-a-pixel-shows.md).
+/// (docs/method/what-a-pixel-shows.md). At a vertex that was never visited lights are taken to be as visible as they are around it,
+/// once anything is known of that.
 #[must_use]
 pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown {
     let record = &cache.slots[slot];
@@ -68,13 +71,16 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
         shines: record.shininess().is_some(),
     };
     let (mut sum, mut left) = (Sum::default(), Left::default());
+    let around = (!vertex.progress.visited && cache.prior.knows_any()).then(|| cache.prior.cells_of(vertex));
     for (light, (emitter, layer)) in context.lights.groups().zip(&cache.layers).enumerate() {
         let factor = context.lights.group_factor(light);
         if factor == Vec3::ZERO {
             continue;
         }
-        let visibility = layer.visibility.get(record.vertex);
-        left.add(emitter, visibility);
+        let known = layer.visibility.get(record.vertex);
+        left.add(emitter, known);
+        let guess = |around| Visibility::taken_over(Origin::Deferred, cache.prior.at(around, light as u32));
+        let visibility = around.map_or(known, guess);
         let spread = spread(emitter, visibility, |points| cache.penumbrae.gain(light as u32, points));
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
             let samples = Samples { light, visibility, sum: layer.sums.get(slot) };
@@ -86,7 +92,7 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
         }
     }
     let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
-    Shown { diffuse, specular: sum.specular, left }
+    Shown { diffuse, specular: sum.specular, left, guessed: around.is_some() }
 }
 
 impl Cache {
@@ -98,6 +104,7 @@ impl Cache {
             diffuse: shown.diffuse.value,
             variance: shown.diffuse.variance,
             known: progress.visited,
+            stale: shown.guessed,
             ..Luminance::default()
         };
         progress.left = shown.left;

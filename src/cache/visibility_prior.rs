@@ -58,6 +58,11 @@ impl VisibilityPrior {
         PriorCells { cells: [0, 1, 2].map(|size| self.cells.get(&self.key(size, vertex)).copied()) }
     }
 
+    /// Whether anything was found anywhere.
+    pub(super) fn knows_any(&self) -> bool {
+        !self.cells.is_empty()
+    }
+
     /// Share of a light that a place may be expected to see: between 0 and 1, neither.
     pub(super) fn at(&self, place: PriorCells, light: u32) -> f32 {
         let refine = |odds: f32, (cell, prior): (&Option<u32>, f32)| {

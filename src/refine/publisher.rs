@@ -5,6 +5,7 @@ use super::view::ViewState;
 use crate::cache::drawn_mesh::OfNode;
 use crate::cache::ids::{DrawnId, NodeId, SlotId};
 use crate::cache::pool::Table;
+use crate::cache::slot::{COVERED_WEIGHT, Luminance};
 use crate::cache::sparse::Sparse;
 use crate::cache::store::Cache;
 use std::collections::VecDeque;
@@ -165,9 +166,16 @@ fn values(cache: &Cache, view: &ViewState, slots: &[SlotId]) -> Vec<(SlotId, Slo
     slots.iter().map(|&slot| (slot, value(cache, view, slot))).collect()
 }
 
+/// Weight of a slot whose direct light is a guess: it counts for nothing beside any that is known.
+const GUESSED_WEIGHT: f32 = COVERED_WEIGHT;
+
 fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
     let record = &cache.slots[slot];
-    let weight = if record.direct.known { cache.weight(slot) } else { 0.0 };
+    let weight = match record.direct {
+        Luminance { known: true, .. } => cache.weight(slot),
+        Luminance { stale: true, .. } => GUESSED_WEIGHT,
+        _ => 0.0,
+    };
     let position = cache.vertices[record.vertex].position;
     Slot { position, weight, diffuse: record.diffuse(), specular: view.specular[slot].total() }
 }

@@ -1,6 +1,6 @@
 //! What updates add up to, as the host keeps it: the whole drawn mesh, or the levels of its triangles alone.
 
-use super::update::{DrawnId, DrawnTriangle, Slot, SlotId, Update};
+use super::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use crate::error::{Error, Result};
 use crate::scene::FaceId;
 use glam::Vec3;
@@ -125,6 +125,20 @@ impl HostMesh {
         self.slots.get(id.0 as usize).copied().flatten().unwrap_or(empty)
     }
 
+    /// An update that draws all of it where nothing is drawn, of the view and with the totals of another.
+    #[must_use]
+    pub fn whole(&self, of: &Update) -> Update {
+        let mut whole =
+            Update { generation: of.generation, sequence: of.sequence, stats: of.stats, ..Update::default() };
+        whole.slots = self.slots().collect();
+        for ((id, triangle, _), end) in self.drawn().zip(1..) {
+            whole.drawn_triangles.push((id, triangle));
+            whole.patch_triangles.push(id);
+            whole.patches.push(Patch { face: triangle.face, old: end - 1..end - 1, new: end - 1..end });
+        }
+        whole
+    }
+
     /// The first ids of slots and triangles that were never used.
     #[must_use]
     pub fn free_ids(&self) -> (SlotId, DrawnId) {
@@ -153,7 +167,6 @@ impl Levels {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::refine::update::Patch;
 
     /// An update that defines triangles of level 1 on face 0 and has one patch.
     fn update(generation: u32, defined: &[u32], old: &[u32], new: &[u32]) -> Update {
@@ -184,6 +197,17 @@ mod tests {
         mesh.apply(&update(2, &[3], &[], &[3])).expect("another view");
         assert_eq!(drawn(&mesh), [1, 2, 3]);
         assert_eq!(mesh.free_ids(), (SlotId(0), DrawnId(4)));
+    }
+
+    #[test]
+    fn the_whole_mesh_is_an_update_that_draws_it() {
+        let (mut mesh, mut copy) = (HostMesh::default(), HostMesh::default());
+        mesh.apply(&update(1, &[0, 5], &[], &[0, 5])).expect("drawn first");
+        mesh.apply(&update(1, &[1, 2], &[0], &[1, 2])).expect("split");
+        let whole = mesh.whole(&update(3, &[], &[], &[]));
+        assert_eq!((whole.generation, whole.patches.len()), (3, 3));
+        copy.apply(&whole).expect("drawn where nothing was");
+        assert_eq!(drawn(&copy), drawn(&mesh));
     }
 
     #[test]

@@ -5,7 +5,8 @@ use super::observer::Observer;
 use super::visible::visible_faces;
 use crate::error::Result;
 use crate::refine::engine::Counted;
-use crate::refine::update::Update;
+use crate::refine::replay::HostMesh;
+use crate::refine::update::{EngineStats, Update};
 use crate::scene::camera::View;
 
 /// Rays between two looks at whether the recording is broken off.
@@ -19,9 +20,11 @@ impl Session {
     /// # Errors
     /// As [`Self::step`].
     pub fn record(&mut self, view: &View, updates: u32, observer: &mut dyn Observer) -> Result<Vec<Update>> {
-        self.light_vertices(view, observer)?;
+        let mut mesh = self.light_vertices(view, observer)?;
         self.look(view, &[])?;
-        let mut recorded = self.step(observer)?.updates;
+        let before = self.step(observer)?.updates;
+        before.iter().try_for_each(|update| mesh.apply(update))?;
+        let mut recorded: Vec<Update> = before.last().map(|last| mesh.whole(last)).into_iter().collect();
         for _ in 0..updates {
             if observer.interrupted() || self.is_idle() {
                 break;
@@ -31,17 +34,22 @@ impl Session {
         Ok(recorded)
     }
 
-    /// Gives every vertex that a view shows a first value, without drawing.
-    fn light_vertices(&mut self, view: &View, observer: &dyn Observer) -> Result<()> {
+    /// Gives every vertex that a view shows a first value, without drawing; returns the mesh that is there then.
+    fn light_vertices(&mut self, view: &View, observer: &dyn Observer) -> Result<HostMesh> {
         let (faces, image) = visible_faces(&mut self.renderer, view, self.options.redraws)?;
         self.send_view(faces, image, &[]);
-        let mut update = self.engine.wait()?;
-        while !update.stats.complete && !observer.interrupted() {
-            self.engine.step(BATCH);
-            update = self.engine.wait()?;
+        let mut mesh = HostMesh::default();
+        loop {
+            let update = self.engine.wait()?;
+            mesh.apply(&update)?;
+            let EngineStats { complete, .. } = update.stats;
             let Update { generation, sequence, .. } = update;
+            self.apply(&[update])?;
+            if complete || observer.interrupted() {
+                return Ok(mesh);
+            }
             self.engine.counted(Counted { generation, sequence, pixels: Vec::new() });
+            self.engine.step(BATCH);
         }
-        Ok(())
     }
 }

@@ -137,6 +137,24 @@ fn a_move_tells_what_came_into_view_and_a_way_back_nothing() {
     assert!(back.stats.complete, "all of it was visited");
 }
 
+/// Where a lamp was found to shine, what comes into view beside it is shown lit before a ray is traced there.
+#[test]
+fn what_comes_into_view_shows_a_guess_at_once() {
+    let mut run = Run::new(1);
+    let first = run.look(-1.0);
+    assert!(run.shown(&first).iter().all(|d| d.is_nan()), "nothing is known yet");
+    run.work(40);
+    let moved = run.look(-0.9);
+    let unlit = run.mirror.last.stats.unlit;
+    assert!(unlit > 0, "vertices wait to be visited");
+    let guessed = run.shown(&moved);
+    assert!(guessed.iter().all(|d| d.x.is_finite()), "every pixel shows something");
+    run.work(60);
+    let found = run.shown(&moved);
+    let off = difference(&guessed, &found);
+    assert!(off < 0.1, "{off}");
+}
+
 #[test]
 fn leaves_have_the_pixels_of_the_view_once_that_is_worked_out() {
     let mut run = Run::new(1);
