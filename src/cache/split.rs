@@ -22,7 +22,7 @@ pub struct Split {
 
 impl Cache {
     /// The root of `face`, created with its vertices on first demand.
-    pub fn root(&mut self, scene: &Scene, weld: &Weld, face: FaceId) -> NodeId {
+    pub fn root(&mut self, scene: &Scene, weld: &mut Weld, face: FaceId) -> NodeId {
         if let Some(&root) = self.roots.get(&face) {
             return root;
         }
@@ -34,15 +34,16 @@ impl Cache {
     }
 
     /// The slot of a face's corner: shared with every facet of the vertex's group of the same normal and gloss.
-    fn corner_slot(&mut self, scene: &Scene, weld: &Weld, face: FaceId, corner: usize) -> SlotId {
+    fn corner_slot(&mut self, scene: &Scene, weld: &mut Weld, face: FaceId, corner: usize) -> SlotId {
         let (triangle, back) = (face.triangle(), face.is_back());
         let position = scene.triangles[triangle.0 as usize][corner];
-        let group = weld.group(scene, position, triangle);
-        let name = VertexName { position, back, group: group.index };
-        let vertex = match self.names.get(&name) {
-            Some(&vertex) => vertex,
-            None => self.add_base_vertex(scene, name, &group),
-        };
+        let name = |group: u32| VertexName { position, back, group };
+        let known = weld.known_group(position, triangle).and_then(|group| self.names.get(&name(group)).copied());
+        let vertex = known.unwrap_or_else(|| {
+            let group = weld.group(scene, position, triangle);
+            let there = self.names.get(&name(group.index)).copied();
+            there.unwrap_or_else(|| self.add_base_vertex(scene, name(group.index), &group))
+        });
         self.slot(vertex, slot_look(scene, position, triangle, back))
     }
 

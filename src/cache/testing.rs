@@ -48,9 +48,9 @@ pub fn star() -> Rooted {
 
 /// The cache of a scene without lights, with its front faces.
 pub fn rooted(scene: Scene) -> Rooted {
-    let (mut cache, weld) = (Cache::new(&scene, 0), Weld::new(&scene));
+    let (mut cache, mut weld) = (Cache::new(&scene, 0), Weld::new(&scene));
     let faces = (0..scene.triangles.len() as u32).map(|t| FaceId::new(TriangleId(t), false));
-    let roots = faces.map(|face| cache.root(&scene, &weld, face)).collect();
+    let roots = faces.map(|face| cache.root(&scene, &mut weld, face)).collect();
     Rooted { scene, cache, roots }
 }
 

@@ -12,7 +12,11 @@ pub struct Weld {
     /// `first[p]..first[p + 1]` indexes `around` for position p.
     first: Vec<u32>,
     around: Vec<TriangleId>,
+    /// Number of the group that each of them belongs to there, as far as that was asked for; [`UNKNOWN`] else.
+    groups: Vec<u8>,
 }
+
+const UNKNOWN: u8 = u8::MAX;
 
 /// A normal group at a position, as seen from the front side.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +53,8 @@ impl Weld {
                 *place += 1;
             }
         }
-        Self { first, around }
+        let groups = vec![UNKNOWN; around.len()];
+        Self { first, around, groups }
     }
 
     /// Triangles around a position.
@@ -59,14 +64,23 @@ impl Weld {
         &self.around[self.first[p] as usize..self.first[p + 1] as usize]
     }
 
+    /// The number of the normal group that `triangle` belongs to at `position`, one of its corners, if it was found before.
+    #[must_use]
+    pub fn known_group(&self, position: u32, triangle: TriangleId) -> Option<u32> {
+        let place = self.around(position).binary_search(&triangle).ok()?;
+        let group = self.groups[self.first[position as usize] as usize + place];
+        (group != UNKNOWN).then_some(u32::from(group))
+    }
+
     /// The normal group that `triangle` belongs to at `position`, one of its corners.
     ///
     /// Facets are taken in ascending order; each joins the first group whose mean normal lies within 60° of its own.
     #[must_use]
-    pub fn group(&self, scene: &Scene, position: u32, triangle: TriangleId) -> Group {
+    pub fn group(&mut self, scene: &Scene, position: u32, triangle: TriangleId) -> Group {
         let mut groups: Vec<Sums> = Vec::with_capacity(4);
         let mut wanted = 0;
-        for &facet in self.around(position) {
+        for place in self.first[position as usize] as usize..self.first[position as usize + 1] as usize {
+            let facet = self.around[place];
             let vector = Facet::new(scene, position, facet);
             let near = |g: &Sums| g.normal.normalize_or_zero().dot(vector.normal) > GROUP_COSINE;
             let index = groups.iter().position(near).unwrap_or(groups.len());
@@ -74,6 +88,7 @@ impl Weld {
                 groups.push(Sums::default());
             }
             groups[index].add(facet, &vector);
+            self.groups[place] = u8::try_from(index).unwrap_or(UNKNOWN);
             if facet == triangle {
                 wanted = index;
             }

@@ -101,17 +101,12 @@ impl Engine {
     /// An engine with an empty cache.
     #[must_use]
     pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, options: Options) -> Self {
-        Self::awaiting(scene, |_| bvh, workers, options)
+        Self { bvh, ..Self::without_hierarchy(scene, workers, options) }
     }
 
-    /// An engine whose hierarchy may still be in the making: what needs no rays is made before it is waited for.
+    /// An engine whose hierarchy is still in the making: it can create faces, and do nothing else before it has one.
     #[must_use]
-    pub fn awaiting(
-        scene: Arc<Scene>,
-        hierarchy: impl FnOnce(&Scene) -> Arc<Bvh>,
-        workers: Workers,
-        options: Options,
-    ) -> Self {
+    pub fn without_hierarchy(scene: Arc<Scene>, workers: Workers, options: Options) -> Self {
         let lights = Lights::in_groups(&scene, options.max_light_groups);
         let mut cache = Cache::new(&scene, lights.group_count());
         cache.indirect.filter = options.filter && !options.without.has(Piece::Filter);
@@ -134,12 +129,17 @@ impl Engine {
             leaving: Vec::new(),
             stats: EngineStats::default(),
             born: thread_nanoseconds(),
-            bvh: hierarchy(&scene),
+            bvh: Arc::new(Bvh::build(&Scene::default())),
             scene,
             lights,
             options,
             workers,
         }
+    }
+
+    /// Takes the hierarchy that it waited for, which is made of its scene.
+    pub fn take_hierarchy(&mut self, of_scene: impl FnOnce(&Scene) -> Arc<Bvh>) {
+        self.bvh = of_scene(&self.scene);
     }
 
     /// Does one batch and returns what changed.

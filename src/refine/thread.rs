@@ -49,7 +49,8 @@ pub struct EngineThread {
 
 impl EngineThread {
     /// Starts the thread, at low priority if it works beside frames that somebody waits for; `build` makes the engine
-    /// there, so that its tables do not delay the caller.
+    /// there, so that its tables do not delay the caller, and `complete` gives it what it still waits for, after the faces of the
+    /// first view are created.
     ///
     /// # Errors
     /// If the system gives no thread.
@@ -57,6 +58,7 @@ impl EngineThread {
         pace: Pace,
         beside_frames: bool,
         build: impl FnOnce() -> Engine + Send + 'static,
+        complete: impl FnOnce(&mut Engine) + Send + 'static,
     ) -> std::io::Result<Self> {
         let (commands, inbox) = unbounded();
         let (outbox, updates) = bounded(WAITING);
@@ -67,8 +69,13 @@ impl EngineThread {
                 lower_priority();
             }
             let mut engine = build();
+            let Ok(first) = inbox.recv() else { return };
+            if let Command::View(visible) | Command::Relight(_, visible) = &first {
+                engine.create_faces(visible);
+            }
+            complete(&mut engine);
             is_made.store(true, Ordering::Release);
-            run(&mut engine, pace, &inbox, &outbox);
+            run(&mut engine, pace, first, (&inbox, &outbox));
         })?;
         Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread), made })
     }
@@ -144,15 +151,17 @@ impl Drop for EngineThread {
     }
 }
 
-/// Serves commands until their sender is gone; between them, works on (pace free) until nothing is left.
-fn run(engine: &mut Engine, pace: Pace, inbox: &Receiver<Command>, outbox: &Sender<Update>) {
-    let mut idle = true;
+/// Serves commands, from the first on, until their sender is gone; between them, works on (pace free) until nothing is left.
+fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Receiver<Command>, &Sender<Update>)) {
+    let (mut idle, mut first) = (true, Some(first));
     let budget = match pace {
         Pace::Free(batch) => Budget::Time(batch),
         Pace::Stepped => Budget::Rays(1),
     };
     loop {
-        let command = if idle {
+        let command = if first.is_some() {
+            first.take()
+        } else if idle {
             match inbox.recv() {
                 Ok(command) => Some(command),
                 Err(_) => return,

@@ -25,11 +25,19 @@ impl Engine {
         self.publish()
     }
 
+    /// Creates the faces of a view that is to come: what of it needs no ray, and no other face.
+    pub fn create_faces(&mut self, visible: &Visible) {
+        let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
+        for &(face, _) in &visible.faces {
+            cache.root(scene, weld, face);
+        }
+    }
+
     fn move_to(&mut self, visible: &Visible) {
         self.checks.forget();
         let turns = self.view.eye == visible.eye;
         (self.view.eye, self.view.image) = (visible.eye, visible.image.as_ref().map(|image| image.view));
-        let (cache, scene, weld) = (&mut self.cache, &self.scene, &self.weld);
+        let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
         let FaceChanges { hidden, mut revealed } =
             self.view.faces.replace(&visible.faces, |face| cache.root(scene, weld, face));
         self.list_pixels(visible);

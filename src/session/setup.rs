@@ -154,8 +154,9 @@ fn engine_thread(
         Pace::Fixed(_) => ThreadPace::Stepped,
     };
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
-    let build = move || Engine::awaiting(scene, hierarchy, workers, options);
-    EngineThread::spawn(pace, beside_frames, build).map_err(|e| no_threads(&e))
+    let build = move || Engine::without_hierarchy(scene, workers, options);
+    let complete = move |engine: &mut Engine| engine.take_hierarchy(hierarchy);
+    EngineThread::spawn(pace, beside_frames, build, complete).map_err(|e| no_threads(&e))
 }
 
 /// An engine that runs in the caller's thread; the pace is the session's.

@@ -360,10 +360,9 @@ fn a_waiting_engine_can_be_dropped() {
     let ids = floor(&mut scene);
     lamp_and_blocker(&mut scene);
     let options = Options { min_pixels: 0.0, tolerance: 1e-6, ..refine(0) };
-    let thread = EngineThread::spawn(Pace::Free(std::time::Duration::from_millis(4)), false, move || {
-        engine_with(scene, 1, options)
-    })
-    .expect("thread");
+    let pace = Pace::Free(std::time::Duration::from_millis(4));
+    let build = move || engine_with(scene, 1, options);
+    let thread = EngineThread::spawn(pace, false, build, |_| {}).expect("thread");
     let faces = front(&ids).iter().map(|&f| (f, 1_000_000)).collect();
     thread.set_visible(Visible { generation: 1, eye: Vec3::Y, image: None, faces });
     std::thread::sleep(std::time::Duration::from_millis(600));
