@@ -3,9 +3,9 @@
 
 use super::between::Between;
 use super::ids::{SlotId, VertexId};
-use super::pool::Table;
 use super::prediction::Prediction;
 use super::slot::{Eye, SlotLight, Specular};
+use super::sparse::Sparse;
 use super::store::Cache;
 use crate::estimate::light_vector::LightVector;
 use crate::light::lighting::Lighting;
@@ -14,8 +14,8 @@ use glam::Vec3;
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
 
-/// S of slots for one eye.
-pub type SpecularTable = Table<SlotId, Specular>;
+/// S of slots for one eye, as far as they show any.
+pub type SpecularTable = Sparse<SlotId, Specular>;
 
 /// Evaluates slots, each by itself, in their order; on several threads if there are many.
 pub type Evaluate<'a> = &'a dyn Fn(&[SlotId], &(dyn Fn(SlotId) -> SlotLight + Sync)) -> Vec<SlotLight>;
@@ -100,7 +100,7 @@ impl Cache {
             let lights = evaluate(&wave, &|slot| cache.indirect_light(slot, eye));
             for (&slot, light) in wave.iter().zip(lights) {
                 self.slots[slot].indirect = light.kept();
-                specular[slot].indirect = light.specular;
+                specular.update(slot, |shown| shown.indirect = light.specular);
                 for next in self.lying_between(slot) {
                     if !self.indirect.is_sampled(next) {
                         due.entry(self.slots[next].rank).or_default().push(next);

@@ -66,7 +66,7 @@ impl Cache {
         let between = self.between(slot)?;
         let light = |other: SlotId| match between.coarse {
             true => self.turned(other, slot, eye),
-            false => SlotLight::new(self.slots[other].indirect, eye.specular[other].indirect),
+            false => SlotLight::new(self.slots[other].indirect, eye.specular.get(other).indirect),
         };
         let parts = between.of.iter().map(|&(other, weight)| (light(other), weight * self.weight(other)));
         let found = Prediction::mean(parts)?;
@@ -114,7 +114,7 @@ impl Cache {
         let (record, gathered, other) = (&self.slots[slot], self.indirect.sum(slot), &self.slots[other]);
         let gain = if gathered.samples() > 0 { gathered.turning(record.normal, other.normal) } else { 1.0 };
         let as_glossy = (record.shininess(), record.mirror) == (other.shininess(), other.mirror);
-        let specular = if as_glossy { eye.specular[slot].indirect } else { Vec3::ZERO };
+        let specular = if as_glossy { eye.specular.get(slot).indirect } else { Vec3::ZERO };
         SlotLight { diffuse: record.indirect.diffuse * gain, ..SlotLight::new(record.indirect, specular) }
     }
 }

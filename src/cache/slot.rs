@@ -2,7 +2,7 @@
 
 use super::between::Place;
 use super::ids::{BetweenId, Link, SlotId, VertexId};
-use super::pool::Table;
+use super::sparse::Sparse;
 use glam::Vec3;
 
 /// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows
@@ -108,7 +108,7 @@ pub struct Eye<'a> {
     /// Position of the eye, scene units.
     pub position: Vec3,
     /// S by slot.
-    pub specular: &'a Table<SlotId, Specular>,
+    pub specular: &'a Sparse<SlotId, Specular>,
 }
 
 /// What facets must have in common to share a slot.

@@ -95,6 +95,19 @@ impl<I: Id, T: Default + Copy> Sparse<I, T> {
         value
     }
 
+    /// Changes the value at `id`; the default takes no room where none was written.
+    pub fn update(&mut self, id: I, change: impl FnOnce(&mut T))
+    where
+        T: PartialEq,
+    {
+        let before = self.get(id);
+        let mut value = before;
+        change(&mut value);
+        if value != before {
+            *self.entry(id) = value;
+        }
+    }
+
     /// Back to the default.
     pub fn reset(&mut self, id: I) {
         if let Some(page) = self.pages.get_mut(id.index() / PAGE) {

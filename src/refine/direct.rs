@@ -9,7 +9,6 @@ use super::work::{Grown, Lit, SplitLeaf, Work};
 use crate::cache::direct::{self, Job, Wanted};
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::luminance;
-use crate::cache::slot::Specular;
 use crate::cache::store::Cache;
 use crate::estimate::visibility::Visibility;
 use rustc_hash::FxHashSet;
@@ -72,7 +71,7 @@ impl Engine {
         self.scheduler.void_direct(vertex);
         self.scheduler.void(Task::Gather(vertex));
         self.view.vertices[vertex] = VertexView::default();
-        self.cache.slots_of(vertex).for_each(|slot| self.view.specular[slot] = Specular::default());
+        self.cache.slots_of(vertex).for_each(|slot| self.view.specular.reset(slot));
     }
 
     /// Splits a leaf, coarser neighbours before it, and lists the first visits of its new vertices.
@@ -197,7 +196,7 @@ impl Engine {
         });
         for (&slot, shown) in slots.iter().zip(values.into_iter().flatten()) {
             self.cache.note_direct(slot, &shown);
-            self.view.specular[slot].direct = shown.specular;
+            self.view.specular.update(slot, |at| at.direct = shown.specular);
         }
         let is_fresh = |&&slot: &&SlotId| !self.cache.slots[slot].indirect.known;
         let fresh: Vec<SlotId> = slots.iter().filter(is_fresh).copied().collect();

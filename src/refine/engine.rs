@@ -259,7 +259,8 @@ impl Engine {
         let own = thread_nanoseconds().saturating_sub(self.born) as f64 * 1e-9;
         self.stats.cpu_seconds = self.workers.cpu_seconds() + own;
         self.stats.triangles = (self.cache.drawn.triangles.live() - self.publisher.retired()) as u64;
-        self.stats.cache_bytes = self.cache.bytes() as u64;
+        let tables = self.view.bytes() + self.scheduler.bytes() + self.publisher.bytes();
+        self.stats.cache_bytes = (self.cache.bytes() + tables) as u64;
         self.stats.unlit = self.scheduler.first_visits() as u64;
         self.stats.complete = self.is_complete();
         let error = self.image.relative(self.checks.miss_rate());

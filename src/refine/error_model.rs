@@ -119,7 +119,7 @@ impl ErrorModel<'_> {
 
     /// Luminance, W·sr⁻¹·m⁻², shown at a slot on a face of direct and of indirect light.
     pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
-        let (record, specular) = (&self.cache.slots[slot], &self.view.specular[slot]);
+        let (record, specular) = (&self.cache.slots[slot], self.view.specular.get(slot));
         let shown = |diffuse, specular| self.reflectances.shown(self.scene, face, diffuse, specular);
         [shown(record.direct.diffuse, specular.direct), shown(record.indirect.diffuse, specular.indirect)]
     }

@@ -51,7 +51,7 @@ impl Engine {
         let slots = self.cache.topology.nodes[id].corners;
         let corners = slots.map(|slot| &self.cache.slots[slot]);
         let vertices = corners.map(|slot| slot.vertex);
-        let shown = slots.map(|slot| luminance(self.view.specular[slot].direct));
+        let shown = slots.map(|slot| luminance(self.view.specular.get(slot).direct));
         let shininess = corners[0].shininess().unwrap_or(0.0);
         let positions = self.cache.corner_positions(id);
         let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.view.eye);

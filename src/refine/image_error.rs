@@ -30,19 +30,16 @@ impl ImageError {
     /// visible.
     pub fn replace(&mut self, accounted: &mut Accounted, leaf: Option<LeafError>) {
         let before = std::mem::replace(accounted, leaf.map_or(Accounted::default(), LeafError::accounted));
-        self.pixels -= before.pixels;
-        self.light -= before.light;
-        self.error -= before.error;
-        self.unseen -= before.unseen;
-        self.pixels += accounted.pixels;
-        self.light += accounted.light;
-        self.error += accounted.error;
-        self.unseen += accounted.unseen;
+        let change = |now: f32, before: f32| f64::from(now) - f64::from(before);
+        self.pixels += change(accounted.pixels, before.pixels);
+        self.light += change(accounted.light, before.light);
+        self.error += change(accounted.error, before.error);
+        self.unseen += change(accounted.unseen, before.unseen);
     }
 
     /// Replaces what a leaf of the indirect layer contributed, pixels × square error.
-    pub fn replace_indirect(&mut self, accounted: &mut f64, error: f64) {
-        self.error += error - *accounted;
+    pub fn replace_indirect(&mut self, accounted: &mut f32, error: f32) {
+        self.error += f64::from(error) - f64::from(*accounted);
         *accounted = error;
     }
 
@@ -64,13 +61,8 @@ impl ImageError {
 
 impl LeafError {
     fn accounted(self) -> Accounted {
-        let pixels = f64::from(self.pixels);
-        Accounted {
-            pixels,
-            light: pixels * f64::from(self.light),
-            error: pixels * f64::from(self.error),
-            unseen: pixels * f64::from(self.unseen),
-        }
+        let Self { pixels, light, error, unseen } = self;
+        Accounted { pixels, light: pixels * light, error: pixels * error, unseen: pixels * unseen }
     }
 }
 

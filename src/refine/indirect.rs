@@ -306,8 +306,7 @@ impl Engine {
         for (&id, [gain, shown]) in leaves.iter().zip(judged) {
             let pixels = self.view.indirect[id].pixels;
             self.set_importance(id, pixels * gain / 6.0);
-            let error = f64::from(pixels * shown);
-            self.image.replace_indirect(&mut self.view.indirect[id].accounted, error);
+            self.image.replace_indirect(&mut self.view.indirect[id].accounted, pixels * shown);
         }
     }
 

@@ -30,7 +30,7 @@ pub struct LeafPixel {
 pub struct Span {
     start: u32,
     len: u32,
-    /// Number of the image that it belongs to.
+    /// Number of the image that it belongs to; 0 for none.
     image: u32,
 }
 
@@ -110,6 +110,12 @@ impl PixelLists {
         spans
     }
 
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        self.pixels.capacity() * size_of::<LeafPixel>() + self.divided.capacity() * size_of::<(LeafPixel, usize)>()
+    }
+
     /// Forgets the image.
     pub fn clear(&mut self) {
         self.image += 1;
@@ -119,7 +125,7 @@ impl PixelLists {
     /// Whether a span is one of the present image.
     #[must_use]
     pub const fn holds(&self, span: Span) -> bool {
-        span.image == self.image
+        span.image == self.image && span.image != 0
     }
 
     /// Finds where on its face each pixel of a face's span lies.

@@ -6,7 +6,6 @@ use crate::cache::drawn_mesh::OfNode;
 use crate::cache::ids::{DrawnId, NodeId, SlotId};
 use crate::cache::pool::Table;
 use crate::cache::slot::{COVERED_WEIGHT, Luminance};
-use crate::cache::sparse::Sparse;
 use crate::cache::store::Cache;
 use std::collections::VecDeque;
 
@@ -23,13 +22,18 @@ pub struct Publisher {
     sequence: u64,
     /// Triangles out of use, with the update that replaced them.
     retired: VecDeque<(u64, DrawnId)>,
-    /// Update that first drew each triangle.
-    born: Sparse<DrawnId, u64>,
-    /// Update that last listed each triangle for its values.
-    listed: Table<DrawnId, u64>,
+    /// Update that last listed each triangle, drawn or for its values: the low bits of its number.
+    listed: Table<DrawnId, u32>,
 }
 
 impl Publisher {
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let lists = self.changed.capacity() + self.redraw.capacity() + self.revealed.capacity();
+        lists * size_of::<u32>() + self.retired.capacity() * size_of::<(u64, DrawnId)>() + self.listed.bytes()
+    }
+
     /// Notes that the values of slots have changed.
     pub fn note_changed(&mut self, slots: &[SlotId]) {
         self.changed.extend_from_slice(slots);
@@ -58,7 +62,7 @@ impl Publisher {
     /// Gives a leaf its triangles.
     fn draw(&mut self, cache: &mut Cache, view: &ViewState, node: NodeId) {
         let drawn = cache.draw(node, view.pixel_slot(cache, node));
-        drawn.into_iter().for_each(|drawn| *self.born.entry(drawn) = self.sequence + 1);
+        drawn.into_iter().for_each(|drawn| self.listed[drawn] = (self.sequence + 1) as u32);
     }
 
     /// Draws a leaf of a face that came into view, if it never was.
@@ -130,9 +134,9 @@ impl Publisher {
     pub fn add_values(&mut self, cache: &Cache, view: &ViewState, update: &mut Update, slots: &[SlotId]) {
         for drawn in slots.iter().flat_map(|&slot| cache.drawn.with_slot(slot)) {
             let node = cache.drawn.triangles[drawn].node;
-            let is_new = self.born.get(drawn) == self.sequence;
-            let is_listed = std::mem::replace(&mut self.listed[drawn], self.sequence) == self.sequence;
-            if !is_new && !is_listed {
+            let sequence = self.sequence as u32;
+            let is_listed = std::mem::replace(&mut self.listed[drawn], sequence) == sequence;
+            if !is_listed {
                 let i = update.patch_triangles.len() as u32;
                 update.patch_triangles.push(drawn);
                 let face = cache.topology.nodes[node].face;
@@ -146,7 +150,6 @@ impl Publisher {
     pub fn recycle(&mut self, cache: &mut Cache, sequence: u64) {
         let due = self.retired.partition_point(|&(replaced, _)| replaced <= sequence);
         for (_, drawn) in self.retired.drain(..due) {
-            *self.born.entry(drawn) = 0;
             self.listed[drawn] = 0;
             cache.drawn.triangles.remove(drawn);
         }
@@ -177,7 +180,7 @@ fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
         _ => 0.0,
     };
     let position = cache.vertices[record.vertex].position;
-    Slot { position, weight, diffuse: record.diffuse(), specular: view.specular[slot].total() }
+    Slot { position, weight, diffuse: record.diffuse(), specular: view.specular.get(slot).total() }
 }
 
 #[cfg(test)]

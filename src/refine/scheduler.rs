@@ -38,7 +38,7 @@ struct Entry {
     /// Version of the ticket that it was queued with.
     version: u32,
     /// Order of arrival: the tie-break that keeps runs alike.
-    serial: u64,
+    serial: u32,
 }
 
 /// What is queued of a task.
@@ -56,7 +56,7 @@ pub struct Scheduler {
     heap: BinaryHeap<Entry>,
     /// Pixel checks, whose keys count by a miss rate that is still being learnt.
     checks: BinaryHeap<Entry>,
-    serial: u64,
+    serial: u32,
     first_visits: usize,
     vertices: Table<VertexId, [Ticket; 3]>,
     nodes: Table<NodeId, [Ticket; 4]>,
@@ -66,6 +66,13 @@ pub struct Scheduler {
 const RISEN: f32 = 1.25;
 
 impl Scheduler {
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let entries = self.heap.capacity() + self.checks.capacity();
+        entries * size_of::<Entry>() + self.vertices.bytes() + self.nodes.bytes()
+    }
+
     /// Drops everything.
     pub fn clear(&mut self) {
         *self = Self::default();
@@ -150,7 +157,7 @@ impl Scheduler {
     }
 
     fn push(&mut self, task: Task, key: f32) {
-        self.serial += 1;
+        self.serial = self.serial.wrapping_add(1);
         let serial = self.serial;
         let ticket = self.ticket(task);
         ticket.waiting = key;

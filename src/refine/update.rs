@@ -81,7 +81,7 @@ pub struct EngineStats {
     pub vertices: u64,
     /// Drawn triangles.
     pub triangles: u64,
-    /// Bytes held by the cache.
+    /// Bytes held by the cache and the tables of the view, the queue and the publisher.
     pub cache_bytes: u64,
     /// CPU time of the engine and its workers, seconds.
     pub cpu_seconds: f64,

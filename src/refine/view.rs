@@ -21,8 +21,8 @@ pub struct LeafView {
     pub visible: bool,
     /// Pixels it covers on screen: those of its span, or a share of its parent's until the GPU has counted them.
     pub pixels: f32,
-    /// Its pixels; `None` if the image of its face is not known.
-    pub span: Option<Span>,
+    /// Its pixels; see [`ViewState::span`].
+    span: Span,
     /// Its share of the pixels of its face, by area.
     pub share: f32,
     /// How much brighter than it is drawn a highlight between its corners is: specular luminance S, W·sr⁻¹·m⁻².
@@ -58,13 +58,13 @@ impl LeafView {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Accounted {
     /// Pixels.
-    pub pixels: f64,
+    pub pixels: f32,
     /// Pixels × luminance, W·sr⁻¹·m⁻².
-    pub light: f64,
+    pub light: f32,
     /// Pixels × square error, (W·sr⁻¹·m⁻²)².
-    pub error: f64,
+    pub error: f32,
     /// Pixels × square of the reference luminance, (W·sr⁻¹·m⁻²)², while what it hides is unknown.
-    pub unseen: f64,
+    pub unseen: f32,
 }
 
 /// What a view makes of a leaf of the indirect layer.
@@ -75,7 +75,7 @@ pub struct IndirectLeafView {
     /// What it adds to the importance of each of its corners.
     pub importance: f32,
     /// Pixels × square error that the sum over the image holds of it.
-    pub accounted: f64,
+    pub accounted: f32,
 }
 
 /// What a view makes of a vertex.
@@ -119,7 +119,19 @@ pub struct ViewState {
     pub specular: SpecularTable,
 }
 
+// There are 4/3 of each a leaf.
+const _: () = assert!(size_of::<LeafView>() <= 64);
+const _: () = assert!(size_of::<IndirectLeafView>() <= 12);
+
 impl ViewState {
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let Self { lists, faces, leaves, indirect, vertices, specular, .. } = self;
+        let tables = leaves.bytes() + indirect.bytes() + vertices.bytes() + specular.bytes();
+        tables + lists.bytes() + faces.bytes()
+    }
+
     /// Whether the view shows a leaf.
     #[must_use]
     pub fn sees(&self, leaf: NodeId) -> bool {
@@ -135,7 +147,7 @@ impl ViewState {
     /// The pixels of a leaf; `None` if they are not known of this view.
     #[must_use]
     pub fn span(&self, leaf: NodeId) -> Option<Span> {
-        self.leaves[leaf].span.filter(|span| self.lists.holds(*span))
+        Some(self.leaves[leaf].span).filter(|span| self.lists.holds(*span))
     }
 
     /// Direction from the eye through the centre of one of a leaf's pixels, any length, if it has few.
@@ -216,7 +228,7 @@ impl ViewState {
     fn set_pixels(&mut self, id: NodeId, span: Option<Span>, pixels: f32, share: f32) {
         let listed = span.filter(|_| self.listed).map(|span| span.len() as f32);
         let leaf = &mut self.leaves[id];
-        (leaf.span, leaf.pixels, leaf.share) = (span, listed.unwrap_or(pixels), share);
+        (leaf.span, leaf.pixels, leaf.share) = (span.unwrap_or_default(), listed.unwrap_or(pixels), share);
     }
 }
 

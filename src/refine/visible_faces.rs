@@ -88,6 +88,13 @@ impl VisibleFaces {
         self.outdated = order.into_iter().map(|(_, index)| index.0).collect();
     }
 
+    /// Bytes held.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let words = self.index_of.capacity() + self.outdated.capacity();
+        self.faces.capacity() * size_of::<VisibleFace>() + words * size_of::<u32>()
+    }
+
     /// Where the pixels of each face are listed.
     pub fn set_spans(&mut self, spans: Vec<Span>) {
         self.faces.iter_mut().zip(spans).for_each(|(face, span)| face.span = Some(span));
