@@ -242,7 +242,7 @@ impl Renderer {
         self.lookup.as_mut().map_or(Ok(()), |lookup| lookup.apply(update, &self.mesh))
     }
 
-    /// Forgets which drawn triangles are drawn (a new camera generation sends them again); their slots stay.
+    /// Forgets which drawn triangles are drawn (another engine sends its own); their slots stay.
     pub fn reset_drawn(&mut self) {
         self.mesh.reset();
         if let Some(lookup) = &mut self.lookup {

@@ -27,6 +27,7 @@ impl Engine {
         self.view.hand_pixels_down(leaf.node, leaf.split.children);
         self.checks.hand_down(leaf.node, leaf.split.children, &self.cache, &mut self.view);
         self.image.replace(&mut self.view.leaves[leaf.node].accounted, None);
+        self.forget_inside(leaf.node);
         let face = self.cache.topology.nodes[leaf.node].face;
         self.waiting.extend(self.cache.root_of(face));
     }

@@ -1,7 +1,7 @@
 //! Faces that stay in view when the camera moves: their leaves keep the pixels of the view before until they come up in
 //! the queue, or it is their turn; a few come up to date in each batch, those first whose pixels have changed most.
 
-use super::choose::is_of_leaf;
+use super::choose::leaf_of;
 use super::engine::Engine;
 use super::scheduler::Task;
 use super::visible_faces::VisibleFace;
@@ -9,7 +9,7 @@ use crate::cache::ids::NodeId;
 
 /// Pixels of the faces that are brought up to date in a batch, about, and faces that are taken out of the view: some milliseconds.
 const PIXELS_A_BATCH: u32 = 2048;
-const LEAVING_A_BATCH: usize = 1024;
+const LEAVING_A_BATCH: usize = 4096;
 
 impl Engine {
     /// Gives the leaves of faces their pixels; returns the leaves.
@@ -30,17 +30,12 @@ impl Engine {
         leaves
     }
 
-    /// Brings faces up to date.
+    /// Brings faces up to date, after all first visits.
     fn bring_up_to_date(&mut self, indices: &[usize]) {
         let leaves = self.give_pixels(indices);
         self.look_for_highlights(&leaves);
         let roots: Vec<NodeId> = indices.iter().map(|&index| self.view.faces.all()[index].root).collect();
-        if self.is_complete() {
-            self.queue(&roots, &leaves);
-        } else {
-            self.account(&leaves);
-            self.waiting.extend(roots);
-        }
+        self.queue(&roots, &leaves);
     }
 
     /// Brings a few faces up to date, and takes a few that left the view out of it.
@@ -72,12 +67,13 @@ impl Engine {
 
     /// Brings the face of a task up to date; whether it was not, so that the task is queued anew if it is worth it.
     pub(super) fn catch_up(&mut self, task: Task) -> bool {
-        let Some(leaf) = is_of_leaf(task) else { return false };
+        let Some(leaf) = leaf_of(task) else { return false };
         let face = self.cache.topology.nodes[leaf].face;
-        let outdated = self.view.faces.is_outdated(face);
+        let outdated = self.view.faces.outdated_index(face);
         outdated.into_iter().for_each(|index| self.bring_up_to_date(&[index]));
         let gone = self.cache.root_of(face).filter(|&root| !self.is_face_in_view(root));
-        gone.into_iter().for_each(|root| self.hide(&[root]));
+        let is_shown = self.view.sees(leaf) || self.view.indirect[leaf].pixels > 0.0;
+        gone.into_iter().filter(|_| is_shown).for_each(|root| self.hide(&[root]));
         outdated.is_some() || gone.is_some()
     }
 

@@ -23,7 +23,7 @@ const GATHER_RAYS_A_TASK: u64 = 128;
 const STALE: f32 = 0.8;
 
 /// The leaf of a task that goes by its pixels.
-pub(super) const fn is_of_leaf(task: Task) -> Option<NodeId> {
+pub(super) const fn leaf_of(task: Task) -> Option<NodeId> {
     match task {
         Task::Split(id) | Task::SamplePixel(id) | Task::RefineIndirect(id) | Task::CheckPixels(id) => Some(id),
         Task::FirstVisit(_) | Task::TraceDeferred(_) | Task::DoublePoints(_) | Task::Gather(_) => None,

@@ -264,7 +264,8 @@ impl Engine {
         self.stats.unlit = self.scheduler.first_visits() as u64;
         self.stats.complete = self.is_complete();
         let error = self.image.relative(self.checks.miss_rate());
-        self.stats.estimated_error = error.filter(|_| self.stats.complete && self.view.faces.are_current());
+        self.stats.estimated_error =
+            error.filter(|_| self.stats.complete && self.leaving.is_empty() && self.view.faces.are_current());
         self.stats.converged = self.is_idle();
         self.stats
     }

@@ -49,6 +49,7 @@ impl Engine {
         self.view.hand_pixels_down(leaf.node, leaf.split.children);
         self.checks.hand_down(leaf.node, leaf.split.children, &self.cache, &mut self.view);
         self.image.replace(&mut self.view.leaves[leaf.node].accounted, None);
+        self.forget_inside(leaf.node);
     }
 
     /// Measures what the parents of leaves were split for by what is known there now, since the first look was a

@@ -65,9 +65,10 @@ impl Publisher {
         drawn.into_iter().for_each(|drawn| self.listed[drawn] = (self.sequence + 1) as u32);
     }
 
-    /// Draws a leaf of a face that came into view, if it never was.
+    /// Draws a leaf of a face that came into view, if neither it nor what it is a part of ever was.
     pub fn draw_revealed(&mut self, cache: &mut Cache, view: &ViewState, leaf: NodeId) {
-        if !cache.drawn.is_drawn(leaf) {
+        let mut above = std::iter::successors(Some(leaf), |&node| cache.topology.nodes[node].parent.get());
+        if !above.any(|node| cache.drawn.is_drawn(node)) {
             self.draw(cache, view, leaf);
             self.revealed.push(leaf);
         }
@@ -82,9 +83,8 @@ impl Publisher {
     }
 
     /// Starts the next update: draws what was revealed, and replaces the triangles of nodes that were split or whose
-    /// edges changed, in view or not. Returns the
-    /// slots that they are drawn with and that have no direct light yet: looks at a midpoint that only a neighbour
-    /// had needed so far.
+    /// edges changed, in view or not. Returns the slots that they are drawn with and that have no direct light yet: looks
+    /// at a midpoint that only a neighbour had needed so far.
     pub fn redraw(&mut self, cache: &mut Cache, view: &ViewState) -> (Update, Vec<SlotId>) {
         let (mut update, mut fresh) = (Update::default(), Vec::new());
         for node in std::mem::take(&mut self.revealed) {

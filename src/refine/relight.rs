@@ -37,7 +37,6 @@ impl Engine {
             self.refresh_indirect(&all);
             self.measure_surpluses();
             self.checks.forget();
-            self.scheduler.drop_checks();
             self.view.leaves.iter_mut().for_each(LeafView::forget_checks);
             self.start_over();
         }
@@ -53,6 +52,7 @@ impl Engine {
         self.scheduler.clear();
         self.scheduler.push_first_visits(first_visits.into_iter());
         self.reset_tolerance();
+        self.view.began = self.stats.rays;
         let leaves = self.view.visible_leaves(&self.cache);
         self.look_for_highlights(&leaves);
         self.account(&leaves);

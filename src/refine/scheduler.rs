@@ -78,15 +78,6 @@ impl Scheduler {
         *self = Self::default();
     }
 
-    /// Drops all pixel checks.
-    pub fn drop_checks(&mut self) {
-        for entry in self.checks.drain() {
-            if let Task::CheckPixels(id) = entry.task {
-                self.nodes[id][3].void();
-            }
-        }
-    }
-
     /// First visits that wait.
     #[must_use]
     pub const fn first_visits(&self) -> usize {

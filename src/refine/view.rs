@@ -81,8 +81,6 @@ pub struct IndirectLeafView {
 /// What a view makes of a vertex.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct VertexView {
-    /// Pixels of the visible faces around it, shared out over their corners.
-    pub pixels: f32,
     /// Σ pixels × gain / 6 over the leaves of the indirect layer around it: what a unit of variance there costs the
     /// image.
     pub importance: f32,
@@ -96,7 +94,7 @@ pub struct VertexView {
 pub struct ViewState {
     /// Camera generation, rising.
     pub generation: u32,
-    /// Rays that were traced before it.
+    /// Rays that were traced before the camera came to this place.
     pub began: u64,
     /// Position of the eye, scene units.
     pub eye: Vec3,
@@ -109,7 +107,7 @@ pub struct ViewState {
     /// Whether leaves cover the pixels that their spans hold.
     pub listed: bool,
     /// By leaf of the hierarchy; those of faces in view may have the pixels of an earlier view
-    /// ([`VisibleFaces::is_outdated`]), those of others have none.
+    /// ([`VisibleFaces::outdated_index`]), those of others have none.
     pub leaves: Table<NodeId, LeafView>,
     /// By leaf of the indirect layer, likewise.
     pub indirect: Table<NodeId, IndirectLeafView>,

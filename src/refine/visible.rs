@@ -42,6 +42,8 @@ impl Engine {
             self.view.faces.replace(&visible.faces, |face| cache.root(scene, weld, face));
         self.list_pixels(visible);
         self.leaving.extend(hidden);
+        // S of what stays in view is right as long as the eye only turns; of what comes into view it is for another eye.
+        let mut glossy = if turns { revealed.clone() } else { (0..self.view.faces.all().len()).collect() };
         if self.view.faces.share_of(&revealed) > ELSEWHERE {
             self.view.began = self.stats.rays;
             self.reset_tolerance();
@@ -49,23 +51,24 @@ impl Engine {
         } else {
             revealed.retain(|&index| self.is_new(self.view.faces.all()[index].root));
         }
-        let slots = self.reveal(&revealed, turns);
-        if !turns {
-            self.evaluate_glossy();
-        }
+        glossy.retain(|index| revealed.binary_search(index).is_err());
+        self.evaluate_glossy(&glossy);
+        let slots = self.reveal(&revealed);
         self.queue_first_visits(&slots);
         self.queue_waiting();
     }
 
-    /// Whether a face was never drawn, or has corners that were never visited.
+    /// Whether a face was never drawn, or has leaves at whose corners nothing was ever visited.
     fn is_new(&self, root: NodeId) -> bool {
         let is_visited = |vertex: &VertexId| self.cache.vertices[*vertex].progress.visited;
-        let is_drawn = !self.cache.topology.is_leaf(root) || !self.cache.drawn.of_node(root).is_empty();
-        !is_drawn || !self.cache.corner_vertices(root).iter().all(is_visited)
+        let is_drawn = !self.cache.topology.is_leaf(root) || self.cache.drawn.is_drawn(root);
+        let mut leaves = Vec::new();
+        self.cache.topology.leaves(root, &mut leaves);
+        !is_drawn || !leaves.iter().all(|&leaf| self.cache.corner_vertices(leaf).iter().all(is_visited))
     }
 
     /// Draws faces that came into view, with what is known of their light already; returns the slots that they are drawn with.
-    fn reveal(&mut self, indices: &[usize], turns: bool) -> Vec<SlotId> {
+    fn reveal(&mut self, indices: &[usize]) -> Vec<SlotId> {
         let roots: Vec<NodeId> = indices.iter().map(|&index| self.view.faces.all()[index].root).collect();
         let midpoints = self.split_beside_finer(&roots);
         let leaves = self.give_pixels(indices);
@@ -77,10 +80,10 @@ impl Engine {
         slots.sort_unstable();
         slots.dedup();
         self.place_revealed(&slots);
-        // S of those known is for another eye; a move evaluates all that is glossy.
+        // S of those known is for another eye.
         let is_due = |&slot: &SlotId| {
             let record = &self.cache.slots[slot];
-            !record.direct.known || (turns && record.shininess().is_some())
+            !record.direct.known || record.shininess().is_some()
         };
         let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
         self.evaluate(&due);
@@ -142,7 +145,8 @@ impl Engine {
     fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
         let drawn = leaves.iter().flat_map(|&leaf| self.cache.drawn.of_node(leaf));
         let slots = drawn.flat_map(|drawn| self.cache.drawn.triangles[drawn].all_slots());
-        let mut slots: Vec<SlotId> = slots.collect();
+        let corners = leaves.iter().flat_map(|&leaf| self.cache.topology.nodes[leaf].corners);
+        let mut slots: Vec<SlotId> = slots.chain(corners).collect();
         slots.sort_unstable();
         slots.dedup();
         slots
@@ -160,14 +164,14 @@ impl Engine {
         }
     }
 
-    /// Evaluates S for the eye, at the glossy slots of the faces that stay in view and show it. No ray is traced.
-    fn evaluate_glossy(&mut self) {
+    /// Evaluates S for the eye, at the glossy slots of faces. No ray is traced.
+    fn evaluate_glossy(&mut self, indices: &[usize]) {
         if !self.scene.materials.iter().any(Material::is_glossy) {
             return;
         }
         let mut leaves = Vec::new();
         let is_glossy = |face: &&VisibleFace| self.scene.material(face.face.triangle()).is_glossy();
-        let glossy = self.view.faces.all().iter().filter(is_glossy);
+        let glossy = indices.iter().map(|&index| &self.view.faces.all()[index]).filter(is_glossy);
         glossy.for_each(|face| self.cache.topology.leaves(face.root, &mut leaves));
         let mut slots = self.drawn_slots(&leaves);
         slots.retain(|&slot| self.cache.slots[slot].shininess().is_some());
@@ -195,14 +199,15 @@ impl Engine {
         self.scheduler.push_first_visits(order.into_iter().map(|(.., vertex)| vertex));
     }
 
-    /// Leaves that are drawn with a vertex.
+    /// Leaves of faces in view that are drawn with a vertex.
     fn leaves_of(&self, vertex: VertexId) -> impl Iterator<Item = NodeId> + '_ {
         let drawn = self.cache.slots_of(vertex).flat_map(|slot| self.cache.drawn.with_slot(slot));
-        drawn.map(|drawn| self.cache.drawn.triangles[drawn].node)
+        let leaves = drawn.map(|drawn| self.cache.drawn.triangles[drawn].node);
+        leaves.filter(|&leaf| self.is_face_in_view(leaf))
     }
 
     fn is_in_view(&self, vertex: VertexId) -> bool {
-        self.leaves_of(vertex).any(|leaf| self.view.sees(leaf))
+        self.leaves_of(vertex).next().is_some()
     }
 
     /// Pixels of the leaves that are drawn with a vertex.

@@ -117,9 +117,9 @@ impl VisibleFaces {
         self.faces.iter().map(|face| face.root)
     }
 
-    /// Whether the leaves of a face in view have the pixels of an earlier view.
+    /// Place of a face in the list if its leaves have the pixels of an earlier view.
     #[must_use]
-    pub fn is_outdated(&self, face: FaceId) -> Option<usize> {
+    pub fn outdated_index(&self, face: FaceId) -> Option<usize> {
         self.index_of(face).filter(|&index| self.faces[index].outdated)
     }
 
@@ -225,11 +225,11 @@ mod tests {
         assert_eq!(order, [1, 0, 2]);
         assert!(view.all_are_current());
         view.replace(&faces(&[(1, 40), (4, 51), (8, 9)]), root);
-        assert_eq!(view.is_outdated(FaceId(4)), Some(1));
+        assert_eq!(view.outdated_index(FaceId(4)), Some(1));
         assert_eq!(view.next_outdated(), Some(0), "by 30, where others changed by 1 and 9");
         view.note_given(0);
         view.note_given(2);
-        assert_eq!((view.next_outdated(), view.is_outdated(FaceId(8))), (Some(1), None));
+        assert_eq!((view.next_outdated(), view.outdated_index(FaceId(8))), (Some(1), None));
         view.note_given(1);
         assert!(view.are_current() && view.next_outdated().is_none());
         assert!(view.are(&faces(&[(1, 40), (4, 51), (8, 9)])) && !view.are(&faces(&[(1, 40), (4, 50), (8, 9)])));

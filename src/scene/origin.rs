@@ -24,7 +24,10 @@ pub(super) fn is_here(files: &[Vec<Vec3>]) -> bool {
         sample.found
     };
     let readable = files.par_iter().all(|positions| positions.iter().all(|p| p.is_finite()));
-    readable && choose(files.par_iter().flat_map_iter(sample).collect()) == DVec3::ZERO
+    let samples: Vec<DVec3> = files.par_iter().flat_map_iter(sample).collect();
+    // So small and far that single precision makes one point of it.
+    let is_point = samples.len() > 1 && samples.iter().all(|p| *p == samples[0] && *p != DVec3::ZERO);
+    readable && !is_point && choose(samples) == DVec3::ZERO
 }
 
 fn choose(mut samples: Vec<DVec3>) -> DVec3 {
@@ -115,6 +118,7 @@ mod tests {
         let near = single(house(DVec3::new(-2.0, 0.0, 5.0), 4.0));
         let far = single(house(DVec3::splat(1e6), 4.0));
         let unreadable = vec![Vec3::NAN; 3];
+        assert!(!is_here(&[single(house(DVec3::splat(1e8), 0.4))]));
         assert!(is_here(std::slice::from_ref(&near)) && is_here(&[]));
         assert!(!is_here(&[far]) && !is_here(&[near, unreadable]));
     }

@@ -14,7 +14,8 @@ const BATCH: u64 = 50_000;
 
 impl Session {
     /// Refines a view for so many updates, and returns them: the first shows all of it. Every visible vertex has a first value before it
-    /// starts, so that what is recorded are splits and values that get better. Ends early when nothing is left to do, or the
+    /// starts, so that what is recorded are splits and values that get better. For a session that has looked at nothing yet. Ends
+    /// early when nothing is left to do, or the
     /// observer interrupts. For an engine that is owned, or works at a fixed pace.
     ///
     /// # Errors

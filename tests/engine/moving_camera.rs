@@ -15,16 +15,19 @@ use std::collections::{BTreeMap, BTreeSet};
 
 const SIZE: ImageSize = ImageSize { width: 64, height: 48 };
 
-/// A long floor of small squares between two walls, half in the shadow of a board.
+/// A long floor of small squares between two walls, one of them glossy, half in the shadow of a board.
 fn corridor() -> Scene {
     let mut scene = Scene::default();
     let grey = material(&mut scene, |m| m.kd = Vec3::splat(0.6));
-    for (origin, u, v) in [
-        (Vec3::new(-4.0, 0.0, -0.5), Vec3::Z, Vec3::X * 8.0),
-        (Vec3::new(-4.0, 0.0, -0.5), Vec3::X * 8.0, Vec3::Y),
-        (Vec3::new(-4.0, 0.0, 0.5), Vec3::Y, Vec3::X * 8.0),
+    let glossy = material(&mut scene, |m| {
+        (m.kd, m.ks, m.shininess) = (Vec3::splat(0.4), Vec3::splat(0.3), 12.0);
+    });
+    for (origin, u, v, material) in [
+        (Vec3::new(-4.0, 0.0, -0.5), Vec3::Z, Vec3::X * 8.0, grey),
+        (Vec3::new(-4.0, 0.0, -0.5), Vec3::X * 8.0, Vec3::Y, glossy),
+        (Vec3::new(-4.0, 0.0, 0.5), Vec3::Y, Vec3::X * 8.0, grey),
     ] {
-        patch(&mut scene, origin, u, v, 24, grey);
+        patch(&mut scene, origin, u, v, 24, material);
     }
     patch(&mut scene, Vec3::new(-1.0, 0.6, -0.2), Vec3::Z * 0.4, Vec3::X * 2.0, 1, grey);
     light(&mut scene, LightKind::Point { position: Vec3::new(0.3, 1.6, 0.1), intensity: Vec3::ONE });
@@ -32,11 +35,11 @@ fn corridor() -> Scene {
     scene
 }
 
-/// What the camera sees from a place along the corridor, as the visibility pass tells it.
-fn look(scene: &Scene, bvh: &Bvh, x: f32, generation: u32) -> Visible {
+/// What the camera sees from a place along the corridor, as the visibility pass tells it; `ahead` is where it looks.
+fn look(scene: &Scene, bvh: &Bvh, (x, ahead): (f32, f32), generation: u32) -> Visible {
     let camera = Camera {
         position: Vec3::new(x, 1.2, 0.3),
-        look_at: Vec3::new(x + 0.6, 0.2, -0.1),
+        look_at: Vec3::new(x + ahead, 0.2, -0.1),
         up: Vec3::Y,
         vertical_fov: 50.0,
     };
@@ -71,8 +74,12 @@ impl Run {
     }
 
     fn look(&mut self, x: f32) -> Visible {
+        self.turn(x, 0.6)
+    }
+
+    fn turn(&mut self, x: f32, ahead: f32) -> Visible {
         self.generation += 1;
-        let visible = look(&self.scene, &self.bvh, x, self.generation);
+        let visible = look(&self.scene, &self.bvh, (x, ahead), self.generation);
         self.mirror.apply(self.engine.set_visible(&visible));
         visible
     }
@@ -128,12 +135,17 @@ fn a_move_tells_what_came_into_view_and_a_way_back_nothing() {
     let revealed = told.patches.iter().filter(|patch| patch.old.is_empty());
     let revealed: BTreeSet<FaceId> = revealed.map(|patch| patch.face).collect();
     assert_eq!(revealed.len(), new, "each face that was never seen is drawn");
-    assert!(told.slots.len() <= 6 * new, "{} slots for {new} faces", told.slots.len());
+    let matt = |run: &Run| {
+        let slots = run.mirror.last.slots.iter();
+        slots.filter(|(slot, _)| run.engine.cache().slots[*slot].shininess().is_none()).count()
+    };
+    assert!(matt(&run) <= 6 * new, "{} slots for {new} faces", matt(&run));
     run.work(20);
     let rays = run.mirror.last.stats.rays;
     run.look(-1.0);
     let back = &run.mirror.last;
-    assert_eq!((back.patches.len(), back.slots.len(), back.stats.rays), (0, 0, rays));
+    assert!(back.patches.iter().all(|patch| patch.old == patch.new), "nothing is drawn that was not");
+    assert_eq!((matt(&run), back.stats.rays), (0, rays), "highlights change, and nothing else does");
     assert!(back.stats.complete, "all of it was visited");
 }
 
@@ -153,6 +165,62 @@ fn what_comes_into_view_shows_a_guess_at_once() {
     let found = run.shown(&moved);
     let off = difference(&guessed, &found);
     assert!(off < 0.1, "{off}");
+}
+
+/// A camera that turns towards glossy faces that it saw from elsewhere shows highlights as they are from here.
+#[test]
+fn highlights_are_those_of_the_eye_wherever_faces_were_seen_from() {
+    let mut run = Run::new(1);
+    run.turn(-1.0, 0.6);
+    run.work(40);
+    run.turn(-0.4, 1.6);
+    run.work(40);
+    for ahead in [1.2, 0.8, 0.4, 0.0, -0.4] {
+        run.turn(-0.4, ahead);
+    }
+    let of_faces = |run: &Run, visible: &Visible| {
+        let seen = run.mirror.mesh.drawn().filter(|(_, drawn, _)| visible.faces.iter().any(|(f, _)| *f == drawn.face));
+        let slots = seen.flat_map(|(_, drawn, corners)| drawn.slots.into_iter().zip(corners));
+        slots.map(|(id, slot)| (id.0, slot.specular)).collect::<BTreeMap<u32, Vec3>>()
+    };
+    let visible = run.turn(-0.4, -0.4);
+    let shown = of_faces(&run, &visible);
+    // The eye moves, by nothing that could be seen: all is evaluated anew.
+    run.turn(-0.400_01, -0.4);
+    let anew = of_faces(&run, &visible);
+    let most = anew.values().map(|s| s.x).fold(0.0, f32::max);
+    assert!(most > 0.05 && anew.len() > 100, "{most} of {}", anew.len());
+    for (slot, s) in &anew {
+        assert!((shown[slot].x - s.x).abs() < 0.01 * most, "slot {slot}: {} for {}", shown[slot].x, s.x);
+    }
+}
+
+/// Moves, cuts and returns at once, with little work between: updates fit the mesh, and nothing in view waits for ever.
+#[test]
+fn whatever_way_the_camera_takes_all_that_it_sees_is_visited() {
+    let mut run = Run::new(1);
+    for step in 0..60_u64 {
+        let random = penombre::math::mix(step);
+        let x = if random.is_multiple_of(3) {
+            (random >> 8) as f32 % 7.0 - 3.5
+        } else {
+            -1.0 + 0.1 * (random >> 8) as f32 % 5.0
+        };
+        run.turn(x, if random.is_multiple_of(2) { 0.6 } else { -0.5 });
+        run.work((random >> 40) as usize % 3);
+    }
+    let visible = run.look(-1.0);
+    run.work(80);
+    assert!(run.mirror.last.stats.complete && run.mirror.last.stats.estimated_error.is_some());
+    let (cache, view) = (run.engine.cache(), run.engine.view());
+    let leaves = view.visible_leaves(cache);
+    assert!(leaves.len() >= visible.faces.len());
+    for leaf in leaves {
+        for vertex in cache.corner_vertices(leaf) {
+            assert!(cache.vertices[vertex].progress.visited, "{vertex:?} at a corner of {leaf:?}");
+        }
+    }
+    cache.validate();
 }
 
 #[test]
