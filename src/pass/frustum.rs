@@ -95,3 +95,43 @@ impl Frustum {
         place
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::camera::{Camera, ImageSize};
+
+    /// Looks along −z from the origin over 90 degrees, near plane at 1.
+    fn frustum() -> Frustum {
+        let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 90.0 };
+        let view = View { near: 1.0, ..View::new(&camera, ImageSize { width: 64, height: 64 }, 1.0) };
+        Frustum::new(&view, Vec2::ZERO)
+    }
+
+    #[test]
+    fn boxes_and_triangles_are_placed_by_all_five_planes() {
+        let at = |centre: Vec3| {
+            let corners = [centre + Vec3::splat(0.4), centre - Vec3::splat(0.4), centre];
+            let (triangle, boxed) = (frustum().place_triangle(corners), frustum().place(&Bounds::of(corners)));
+            assert_eq!(triangle, boxed, "{centre}");
+            triangle
+        };
+        assert_eq!(at(Vec3::new(1.0, -2.0, -5.0)), Place::Inside);
+        for side in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y] {
+            assert_eq!(at(side * 5.0 + Vec3::NEG_Z * 5.0), Place::Crossing);
+            assert_eq!(at(side * 6.0 + Vec3::NEG_Z * 5.0), Place::Outside);
+        }
+        assert_eq!(at(Vec3::NEG_Z), Place::Crossing, "the near plane");
+        assert_eq!(at(Vec3::NEG_Z * 0.5), Place::Outside);
+        assert_eq!(at(Vec3::Z * 5.0), Place::Outside, "behind the eye");
+        assert_eq!(at(Vec3::NEG_Z * 1e9), Place::Inside, "there is no far plane");
+    }
+
+    #[test]
+    fn a_triangle_around_the_frustum_is_not_outside() {
+        let around = [Vec3::new(-900.0, -500.0, -2.0), Vec3::new(900.0, -500.0, -2.0), Vec3::new(0.0, 900.0, -2.0)];
+        assert_eq!(frustum().place_triangle(around), Place::Crossing);
+        let through_the_eye = [Vec3::new(0.0, -1.0, 9.0), Vec3::new(-3.0, -1.0, -9.0), Vec3::new(3.0, -1.0, -9.0)];
+        assert_eq!(frustum().place_triangle(through_the_eye), Place::Crossing);
+    }
+}
