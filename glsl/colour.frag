@@ -15,11 +15,6 @@ layout(location = 0) out vec4 out_kd; // a: coverage
 layout(location = 1) out vec4 out_ks;
 layout(location = 2) out vec4 out_emission;
 
-// A filtered look-up times a colour; the colour alone without texture.
-vec3 textured(vec3 colour, uint map, vec2 uv[3]) {
-    return map == NONE ? colour : colour * texture_filtered(map, uv[0], uv[1] - uv[0], uv[2] - uv[0]);
-}
-
 // Colour of the vertices at barycentric weights of corners 1 and 2, scene::Scene::colour_at.
 vec3 vertex_colour(uint triangle, vec2 b) {
     Colours of = Colours(frame.colours);
@@ -59,9 +54,26 @@ void main() {
             }
         }
     }
-    out_kd = stored(textured(m.kd, m.map_kd, uv));
-    out_ks = stored(m.ks);
-    if (emits) {
-        out_emission = stored(textured(m.ke, m.map_ke, uv) * frame.emission_scale);
+    m.ke = emits ? m.ke * frame.emission_scale : vec3(0.0);
+    // One look-up's code in a loop, for k_d, then for L_e: a second turn only where a pixel needs it (see texture_filtered).
+    uint next = emits ? m.map_ke : NONE;
+    uint map = m.map_kd;
+    bool of_kd = map != NONE;
+    if (!of_kd) {
+        map = next;
+        next = NONE;
     }
+    bool again = map != NONE;
+    do {
+        vec3 factor = again ? texture_filtered(map, uv[0], uv[1] - uv[0], uv[2] - uv[0]) : vec3(1.0);
+        m.kd *= of_kd ? factor : vec3(1.0);
+        m.ke *= of_kd ? vec3(1.0) : factor;
+        of_kd = false;
+        map = next;
+        next = NONE;
+        again = map != NONE;
+    } while (again);
+    out_kd = stored(m.kd);
+    out_ks = stored(m.ks);
+    out_emission = emits ? stored(m.ke) : vec4(0.0);
 }

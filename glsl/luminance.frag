@@ -6,5 +6,5 @@
 #include "drawn_fragment.glsl"
 
 void main() {
-    write_luminance(weighted_diffuse, weighted_specular, weight, drawn_id);
+    write_drawn();
 }

@@ -9,6 +9,6 @@
 layout(early_fragment_tests) in;
 
 void main() {
-    count_pixel(drawn_id);
-    write_luminance(weighted_diffuse, weighted_specular, weight, drawn_id);
+    count_pixel(drawn.y);
+    write_drawn();
 }

@@ -6,9 +6,9 @@
 #include "luminance.glsl"
 #include "drawn_fragment.glsl"
 
-layout(location = 5) flat in uint reference;
+layout(location = 3) flat in uint reference;
 
 void main() {
     gl_FragStencilRefARB = int(reference);
-    write_luminance(weighted_diffuse, weighted_specular, weight, drawn_id);
+    write_drawn();
 }

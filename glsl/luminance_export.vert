@@ -5,7 +5,7 @@
 #include "position.glsl"
 #include "drawn_vertex.glsl"
 
-layout(location = 5) flat out uint reference;
+layout(location = 3) flat out uint reference;
 
 void main() {
     set_drawn_vertex();

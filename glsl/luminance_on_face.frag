@@ -7,8 +7,8 @@
 #include "drawn_fragment.glsl"
 
 void main() {
-    if (texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x != face + 1u) {
+    if (texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x != drawn.x + 1u) {
         discard;
     }
-    write_luminance(weighted_diffuse, weighted_specular, weight, drawn_id);
+    write_drawn();
 }

@@ -8,9 +8,9 @@
 #include "drawn_pixels.glsl"
 
 void main() {
-    if (texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x != face + 1u) {
+    if (texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x != drawn.x + 1u) {
         discard;
     }
-    count_pixel(drawn_id);
-    write_luminance(weighted_diffuse, weighted_specular, weight, drawn_id);
+    count_pixel(drawn.y);
+    write_drawn();
 }

@@ -1,6 +1,8 @@
 // What luminance.vert sends of a drawn triangle.
-layout(location = 0) in vec3 weighted_diffuse;
+layout(location = 0) in vec4 weighted_diffuse; // a: the weight
 layout(location = 1) in vec3 weighted_specular;
-layout(location = 2) in float weight;
-layout(location = 3) flat in uint face;
-layout(location = 4) flat in uint drawn_id;
+layout(location = 2) flat in uvec2 drawn; // face, id
+
+void write_drawn() {
+    write_luminance(weighted_diffuse.rgb, weighted_specular, weighted_diffuse.a, drawn.y);
+}

@@ -59,9 +59,21 @@ vec3 texture_filtered(uint index, vec2 uv, vec2 d_dx, vec2 d_dy) {
     float lod = texels > 1.0 ? min(log2(texels), last) : 0.0; // not a number counts as magnified
     uint level = uint(lod);
     vec2 place = placed(index, uv);
-    vec3 fine = texture_level(index, extent, flags, level, place);
     float share = lod - float(level);
-    return share > 0.0 ? mix(fine, texture_level(index, extent, flags, level + 1u, place), share) : fine;
+    // The coarser level in a loop's second turn, not under a condition: a rasteriser that runs pixels in step on the CPU goes through what is
+    // under a condition even if it holds nowhere, but leaves a loop that no pixel is in any more.
+    vec3 colour = vec3(0.0);
+    float weight = 1.0;
+    bool more = share > 0.0;
+    bool again;
+    do {
+        colour = mix(colour, texture_level(index, extent, flags, level, place), weight);
+        again = more;
+        more = false;
+        weight = share;
+        ++level;
+    } while (again);
+    return colour;
 }
 
 // The cut-out rule, scene::Scene::is_opaque_at; `place` is where the mask is looked up.

@@ -1,8 +1,9 @@
 //! The frame, from what changed to the picture.
 
 use super::colouring::Projector;
+use super::frustum::Frustum;
 use super::mesh::Batch;
-use super::plan::{Plan, Visible, choose_counted};
+use super::plan::{Clipping, Plan, Visible, choose_counted};
 use super::renderer::Renderer;
 use super::scene_buffers::fitting_scale;
 use super::shared::FrameUniform;
@@ -133,7 +134,9 @@ impl Renderer {
             self.depth_left_by = None;
             let patches = self.mesh.take_full();
             let looks_up = mode == UpdateMode::Lookup && self.lookup.is_some();
-            let plan = if looks_up { Plan::full_lookup() } else { Plan::full(&self.mesh, &visible) };
+            let frustum = Frustum::new(&self.view, self.jitter);
+            let clipping = Clipping { frustum: &frustum, places: &self.places };
+            let plan = if looks_up { Plan::full_lookup() } else { Plan::full(&self.mesh, &visible, &clipping) };
             return (plan, patches);
         }
         // One draw looks all up: what is drawn later would be shown early.

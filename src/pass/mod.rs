@@ -2,6 +2,7 @@
 //!
 //! [`Renderer`] is what commands use; `frame.rs` is the frame itself, readable top to bottom.
 
+mod clusters;
 mod colour;
 mod colouring;
 mod combine;
@@ -10,6 +11,7 @@ mod counters;
 mod depth;
 mod device_array;
 mod frame;
+mod frustum;
 mod lit_materials;
 mod lookup;
 mod luminance;

@@ -1,6 +1,7 @@
 //! What the luminance pass draws in a frame: lists of drawn triangles, triangles to mark, and the draws over them in order.
 
 use super::colouring::Projector;
+use super::frustum::{Frustum, Place};
 use super::mesh::{Batch, LuminanceMesh};
 use glam::Vec3;
 
@@ -132,13 +133,46 @@ impl Visible<'_> {
     }
 }
 
+/// Which drawn triangles the view frustum clips.
+pub(super) struct Clipping<'a> {
+    pub frustum: &'a Frustum,
+    /// Where each triangle of the scene lies, as far as is known.
+    pub places: &'a [Place],
+}
+
+impl Clipping<'_> {
+    fn place(&self, mesh: &LuminanceMesh, drawn_id: u32) -> Place {
+        let triangle = mesh.drawn_triangles.get(drawn_id).triangle();
+        match self.places.get(triangle.0 as usize) {
+            Some(&place) if place != Place::Crossing => place,
+            _ => self.frustum.place_triangle(mesh.corners(drawn_id)),
+        }
+    }
+
+    /// Without those that lie outside; what has to be clipped comes last, since it slows its neighbours down (docs/lavapipe.md).
+    fn clipped_last(&self, mesh: &LuminanceMesh, drawn_triangles: &[u32]) -> Vec<u32> {
+        let mut ordered = Vec::with_capacity(drawn_triangles.len());
+        let mut clipped = Vec::new();
+        for &id in drawn_triangles {
+            match self.place(mesh, id) {
+                Place::Inside => ordered.push(id),
+                Place::Crossing => clipped.push(id),
+                Place::Outside => {}
+            }
+        }
+        ordered.append(&mut clipped);
+        ordered
+    }
+}
+
 impl Plan {
-    /// Every drawn triangle of a visible face that is part of the mesh.
-    pub(super) fn full(mesh: &LuminanceMesh, visible: &Visible<'_>) -> Self {
+    /// Every drawn triangle of a visible face that is part of the mesh and of which the frustum holds a part.
+    pub(super) fn full(mesh: &LuminanceMesh, visible: &Visible<'_>, clipping: &Clipping<'_>) -> Self {
         let mut plan = Self { clear: true, ..Self::default() };
         // By id, so that equal depths resolve alike however the set came about.
-        let drawn_triangles: Vec<u32> = mesh.drawn().filter(|&id| visible.shows(mesh, id)).collect();
-        if visible.all_are_covered(mesh, &drawn_triangles) {
+        let shown: Vec<u32> = mesh.drawn().filter(|&id| visible.shows(mesh, id)).collect();
+        let drawn_triangles = clipping.clipped_last(mesh, &shown);
+        if visible.all_are_covered(mesh, &shown) {
             plan.split_by_id(mesh, visible, drawn_triangles, |drawn_triangles, on_face| Step::Full {
                 drawn_triangles,
                 on_face,

@@ -4,6 +4,7 @@ use super::colour::Colour;
 use super::combine::Combine;
 use super::counters::Counters;
 use super::device_array::DeviceArray;
+use super::frustum::{Frustum, Place};
 use super::lookup::Lookup;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
@@ -70,6 +71,8 @@ pub struct Renderer {
     face_ids: Vec<u32>,
     /// Whether each face had pixels when visibility was last drawn.
     pub(super) visible: Vec<bool>,
+    /// Where each triangle lay in the view frustum then.
+    pub(super) places: Vec<Place>,
     /// What stored D and S are multiplied by to fit half range.
     pub(super) luminance_scale: f32,
     /// What it was made for.
@@ -117,6 +120,7 @@ impl Renderer {
             filter_width: 1.0,
             face_ids: Vec::new(),
             visible: Vec::new(),
+            places: Vec::new(),
             luminance_scale: 1.0,
             depth_left_by: None,
             lookup: None,
@@ -161,6 +165,7 @@ impl Renderer {
         let looks_up = self.options.modes.contains(&UpdateMode::Lookup);
         self.lookup = looks_up.then(|| Lookup::new(&self.device, scene)).transpose()?;
         self.visible.clear();
+        self.places.clear();
         self.face_ids.clear();
         Ok(())
     }
@@ -211,9 +216,10 @@ impl Renderer {
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
     pub fn visibility(&mut self) -> Result<Vec<(FaceId, u32)>> {
         self.send_uniform(None)?;
+        let frustum = Frustum::new(&self.view, self.jitter);
         let Self { commands, passes, bindings, targets, scene, read_back, .. } = self;
         let mut recording = commands.begin()?;
-        recording.pass("visibility", |pass| passes.visibility.record(pass, bindings, targets, scene));
+        recording.pass("visibility", |pass| passes.visibility.record(pass, bindings, targets, scene, &frustum));
         recording.pass("readback", |pass| read_back.record_ids(pass, targets));
         let times = recording.submit()?;
         self.times.extend(times);
@@ -221,6 +227,7 @@ impl Renderer {
         self.face_ids.clear();
         self.face_ids.extend_from_slice(self.read_back.ids()?);
         let counts = count_pixels(&self.face_ids, faces);
+        self.places = self.scene.places(&frustum);
         self.visible.clear();
         self.visible.resize(faces, false);
         counts.iter().for_each(|(face, _)| self.visible[face.0 as usize] = true);

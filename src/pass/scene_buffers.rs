@@ -1,6 +1,8 @@
 //! The scene on the device: geometry, materials, and all texels with their mip chains in one buffer.
 
+use super::clusters::{Clusters, curve};
 use super::coplanar;
+use super::frustum::{Bounds, Frustum, Place};
 use super::lit_materials::LitMaterials;
 use super::shared::{GpuMaterial, GpuTriangle, GpuVisibilityTriangle};
 use super::texture_maps::TextureMaps;
@@ -30,10 +32,12 @@ pub(super) struct SceneBuffers {
     pub texels: Buffer,
     /// Vertex colours, where the scene has any.
     pub colours: Option<Buffer>,
+    /// Triangles that go by their own depth, in drawing order.
+    order: Vec<u32>,
     /// Triangles without mask, drawn first.
-    pub opaque_count: u32,
+    pub opaque: Clusters,
     /// Triangles with one, after them.
-    pub masked_count: u32,
+    pub masked: Clusters,
     /// Faces whose distance is that of their plane, drawn last.
     pub coplanar_count: u32,
     /// Whether the image of face ids, not depth, tells where each triangle shows.
@@ -62,8 +66,9 @@ impl SceneBuffers {
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
             textures: fill("textures", bytemuck::cast_slice(&maps.headers))?,
             texels: Buffer::new(device, "texels", 4 * maps.texels, BufferUse::Static)?,
-            opaque_count,
-            masked_count: drawn.len() as u32 - opaque_count,
+            order: drawn.iter().map(|triangle| triangle.id).collect(),
+            opaque: Clusters::new(0, &corners(scene, &drawn[..opaque_count])),
+            masked: Clusters::new(opaque_count as u32, &corners(scene, &drawn[opaque_count..])),
             coplanar_count: coplanar.len() as u32,
             by_id: triangles(scene).map(|t| has_mask(scene, t) || scene.coplanar.member(t).is_some()).collect(),
             lit,
@@ -79,6 +84,15 @@ impl SceneBuffers {
         let materials = self.lit.lit(factors);
         self.emission_scale = emission_scale(&materials, &self.maps);
         commands.upload(device, &mut self.materials, 0, &materials)
+    }
+
+    /// Where each triangle lies in a frustum, as far as its cluster tells.
+    pub(super) fn places(&self, frustum: &Frustum) -> Vec<Place> {
+        let mut places = vec![Place::Crossing; self.by_id.len()];
+        for (range, place) in self.opaque.places(frustum).chain(self.masked.places(frustum)) {
+            self.order[range].iter().for_each(|&triangle| places[triangle as usize] = place);
+        }
+        places
     }
 
     /// Writes the mip chains.
@@ -124,16 +138,20 @@ fn has_mask(scene: &Scene, triangle: TriangleId) -> bool {
     scene.material(triangle).map_d.is_some()
 }
 
+fn corners(scene: &Scene, drawn: &[GpuVisibilityTriangle]) -> Vec<[Vec3; 3]> {
+    drawn.iter().map(|triangle| scene.corners(TriangleId(triangle.id))).collect()
+}
+
 /// The triangles that go by their own depth, and the number of those without mask, which come first: only the others need the shader
-/// that discards.
-fn drawing_order(scene: &Scene) -> (Vec<GpuVisibilityTriangle>, u32) {
-    let mut drawn = Vec::with_capacity(scene.triangles.len());
-    let mut opaque_count = 0;
-    for with_mask in [false, true] {
-        opaque_count = drawn.len() as u32;
-        let by_depth = triangles(scene).filter(|&t| scene.coplanar.member(t).is_none());
-        let wanted = by_depth.filter(|&t| has_mask(scene, t) == with_mask);
-        drawn.extend(wanted.map(|t| GpuVisibilityTriangle { corners: scene.triangles[t.0 as usize], id: t.0 }));
-    }
-    (drawn, opaque_count)
+/// that discards. Neighbours in space are neighbours in the list.
+fn drawing_order(scene: &Scene) -> (Vec<GpuVisibilityTriangle>, usize) {
+    let bounds = Bounds::of(scene.positions.iter().copied());
+    let by_depth = triangles(scene).filter(|&t| scene.coplanar.member(t).is_none());
+    let mut keyed: Vec<(bool, u32, u32)> = by_depth
+        .map(|t| (has_mask(scene, t), curve(scene.corners(t).iter().sum::<Vec3>() / 3.0, &bounds), t.0))
+        .collect();
+    keyed.sort_unstable();
+    let opaque_count = keyed.partition_point(|&(masked, ..)| !masked);
+    let drawn = |&(.., id): &(bool, u32, u32)| GpuVisibilityTriangle { corners: scene.triangles[id as usize], id };
+    (keyed.iter().map(drawn).collect(), opaque_count)
 }

@@ -1,6 +1,7 @@
 //! Visibility: face ids and depth of everything the camera sees, and how many pixels each face covers.
 
 use super::depth::Depth;
+use super::frustum::Frustum;
 use super::scene_buffers::SceneBuffers;
 use super::targets::Targets;
 use crate::error::Result;
@@ -45,7 +46,7 @@ impl Visibility {
         })
     }
 
-    /// Draws all triangles, those without mask first so that the others are mostly hidden by depth; last what shares a plane, of
+    /// Draws all triangles that the frustum may hold, those without mask first so that the others are mostly hidden by depth; last what shares a plane, of
     /// which the order decides.
     pub(super) fn record<'a>(
         &'a self,
@@ -53,14 +54,16 @@ impl Visibility {
         bindings: &'a Bindings,
         targets: &'a Targets,
         scene: &SceneBuffers,
+        frustum: &Frustum,
     ) {
+        let (opaque, masked) = (scene.opaque.draws(frustum), scene.masked.draws(frustum));
         pass.render(&[&targets.ids], Some(&targets.visibility_depth), Load::Clear(self.depth.infinity()), |draws| {
             draws.bind(&self.opaque, bindings);
             draws.depth_stencil(self.depth.nearer());
-            draws.triangles(0, scene.opaque_count);
-            if scene.masked_count > 0 {
+            opaque.iter().for_each(|&(first, count)| draws.triangles(first, count));
+            if !masked.is_empty() {
                 draws.bind(&self.masked, bindings);
-                draws.triangles(scene.opaque_count, scene.masked_count);
+                masked.iter().for_each(|&(first, count)| draws.triangles(first, count));
             }
             if scene.coplanar_count > 0 {
                 draws.bind(&self.coplanar, bindings);

@@ -3,7 +3,7 @@
 
 use crate::support::device::*;
 use glam::{Vec2, Vec3};
-use penombre::scene::camera::View;
+use penombre::scene::camera::{Camera, View};
 use penombre::scene::{FaceId, Scene, TriangleId};
 
 /// The nearest face on the ray through an image point, by trying every triangle in f64.
@@ -75,6 +75,31 @@ fn triangles_through_the_eye_plane_are_clipped() {
         show(renderer, &scene, 64, 64);
         let ids = renderer.read_layers().unwrap().face_id;
         assert!(disagreement(&scene, &view, Vec2::ZERO, &ids) < 0.004);
+    });
+}
+
+#[test]
+fn culling_leaves_out_nothing_that_rays_find() {
+    with_renderer(|renderer| {
+        // Many clusters around the eye; a floor through the eye plane that is larger than the view.
+        let mut scene = confetti(3000);
+        let extent = scene.positions.iter().fold(Vec3::ZERO, |most, p| most.max(p.abs()));
+        add_quad(&mut scene, Vec3::new(-50.0, -1.1 * extent.y, 50.0), Vec3::X * 100.0, Vec3::Z * -100.0, 0, 1.0);
+        let base = view_of(&scene, 96, 64);
+        show(renderer, &scene, 96, 64);
+        for (position, look_at, near) in [
+            (Vec3::ZERO, Vec3::new(0.3, 0.1, -1.0), 0.01),
+            (Vec3::ZERO, Vec3::new(-0.2, -1.0, 0.4), 0.5),
+            (extent * 0.7, Vec3::new(-4.0, 1.0, 2.0), 0.02),
+            (extent * 2.0, Vec3::new(4.0, 2.0, -9.0), 0.1),
+        ] {
+            let camera = Camera { position, look_at, ..scene.cameras[0].camera };
+            let view = View { near, ..View::new(&camera, base.size, 1.0) };
+            renderer.set_view(&view, Vec2::new(0.4, -0.3));
+            renderer.visibility().unwrap();
+            let share = disagreement(&scene, &view, Vec2::new(0.4, -0.3), renderer.face_ids());
+            assert!(share < 0.01, "{share} from {position}");
+        }
     });
 }
 
