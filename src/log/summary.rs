@@ -111,7 +111,7 @@ pub struct ThreadTimes {
 pub struct Memory {
     /// Triangles that are drawn: the leaves of the hierarchy over the scene's, and what mends hanging nodes.
     pub triangles: u64,
-    /// Bytes held by the light cache.
+    /// Bytes held by the light cache and the tables of the view, the queue and the publisher.
     pub cache_bytes: u64,
     /// Bytes held on the device.
     pub device_bytes: u64,

@@ -32,6 +32,9 @@ impl Engine {
 
     /// Brings faces up to date, after all first visits.
     fn bring_up_to_date(&mut self, indices: &[usize]) {
+        if indices.is_empty() {
+            return;
+        }
         let leaves = self.give_pixels(indices);
         self.look_for_highlights(&leaves);
         let roots: Vec<NodeId> = indices.iter().map(|&index| self.view.faces.all()[index].root).collect();
@@ -55,7 +58,6 @@ impl Engine {
     pub(super) fn bring_all_up_to_date(&mut self) -> bool {
         self.hide_leaving(usize::MAX);
         let indices: Vec<usize> = std::iter::from_fn(|| self.view.faces.next_outdated()).collect();
-        // Taken off the list one by one, so that each comes once.
         self.bring_up_to_date(&indices);
         !indices.is_empty()
     }

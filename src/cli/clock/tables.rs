@@ -61,7 +61,7 @@ pub fn text(document: &Document) -> String {
     }
     text += &format!("\n## Where the time goes\n\n{whole}\nCPU seconds by threads, as long as there is an engine.\n\n");
     text += &thread_table(scenes()).text();
-    text += &format!("\n## Memory\n\n{whole}\nBytes a leaf are the light cache's, all of it.\n\n");
+    text += &format!("\n## Memory\n\n{whole}\nBytes a leaf are the light engine's, all of them.\n\n");
     text += &memory_table(scenes()).text();
     text += &format!(
         "\n## Camera moves\n\nMilliseconds of a move while the engine works: {width}x{height}, {} rays shared out among the pictures.\n\n",
