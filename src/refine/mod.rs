@@ -30,6 +30,6 @@ pub mod thread;
 pub mod update;
 pub mod view;
 mod visible;
-mod visible_faces;
+pub mod visible_faces;
 mod work;
 pub mod workers;
