@@ -31,18 +31,6 @@ impl Cache {
         self.indirect.previous.relight(&mut self.indirect.gathers, before, now);
     }
 
-    /// Evaluates the indirect light of slots, and of all that depends on them, from what is known; returns every slot that was
-    /// written.
-    pub fn evaluate_indirect(
-        &mut self,
-        slots: &[SlotId],
-        eye: Vec3,
-        specular: &mut SpecularTable,
-        evaluate: Evaluate<'_>,
-    ) -> Vec<SlotId> {
-        self.refresh(slots, (eye, specular), evaluate)
-    }
-
     /// Brings the indirect light of slots that have gathered, and of all that depends on them, up to date; returns every
     /// slot that was written.
     pub fn refresh_indirect(
@@ -58,7 +46,7 @@ impl Cache {
             due.extend(base.flat_map(|&s| self.neighbours(s)));
         }
         self.indirect.stale |= due.iter().any(|slot| self.slots[*slot].is_base());
-        self.refresh(&due, (eye, specular), evaluate)
+        self.evaluate_indirect(&due, (eye, specular), evaluate)
     }
 
     /// Whether predictions of base slots are to be brought up to date.
@@ -79,12 +67,13 @@ impl Cache {
         let is_predicted = |&slot: &SlotId| self.between(slot).is_some() && !self.indirect.is_sampled(slot);
         let slots = base.flat_map(|vertex| self.slots_of(vertex)).filter(is_predicted);
         let due: Vec<SlotId> = slots.collect();
-        self.refresh(&due, (eye, specular), evaluate)
+        self.evaluate_indirect(&due, (eye, specular), evaluate)
     }
 
-    /// Evaluates slots and those inside the faces that they predict, rank by rank, so that each comes after those that
-    /// predict it. (The coarsest base vertices, which predict each other before they gather, see the values before.)
-    fn refresh(
+    /// Evaluates, from what is known, the indirect light of slots and of those inside the faces that they predict, rank by rank,
+    /// so that each comes after those that predict it; returns every slot that was written. (The coarsest base vertices, which
+    /// predict each other before they gather, see the values before.)
+    pub fn evaluate_indirect(
         &mut self,
         slots: &[SlotId],
         (position, specular): (Vec3, &mut SpecularTable),

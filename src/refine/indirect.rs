@@ -78,7 +78,7 @@ impl Engine {
     pub(super) fn refresh_unseen(&mut self, slots: &[SlotId]) -> Vec<SlotId> {
         let workers = &self.workers;
         let (eye, specular) = (self.view.eye, &mut self.view.specular);
-        self.cache.evaluate_indirect(slots, eye, specular, &|slots, light| workers.map(slots, light))
+        self.cache.evaluate_indirect(slots, (eye, specular), &|slots, light| workers.map(slots, light))
     }
 
     /// Surveys all faces in view, of which base vertices alone are predicted from then on.
