@@ -41,7 +41,7 @@ impl Cache {
             ("sums of area lights", layers.iter().map(|layer| layer.sums.bytes()).sum()),
             ("light vectors", self.indirect.bytes()),
             ("radiance grid", self.radiance.bytes()),
-            ("visibility priors", self.prior.bytes() + self.penumbrae.bytes()),
+            ("priors", self.prior.bytes() + self.penumbrae.bytes() + self.expected.bytes()),
             ("coarse grids", self.coarse.bytes()),
             ("names of vertices and roots", map_bytes(&self.names) + map_bytes(&self.roots)),
         ]

@@ -198,13 +198,28 @@ impl Path<'_> {
     }
 }
 
+impl Cache {
+    /// Takes in what a vertex has gathered as what is to be expected around it, unless other geometry covers it.
+    fn note_expected(&mut self, vertex: VertexId, sums: &[(SlotId, LightVector)]) {
+        let vertex = &self.vertices[vertex];
+        if vertex.progress.covered {
+            return;
+        }
+        for (slot, sum) in sums {
+            self.expected.note(vertex.position, self.slots[*slot].normal, sum);
+        }
+    }
+}
+
 /// Writes results into the cache, in order (the engine alone, phase "apply").
 pub fn apply(cache: &mut Cache, gathered: &Gathered) {
     cache.radiance.add(&gathered.deposits);
     let mut start = 0;
     for &round in &gathered.rounds {
         let end = start + round.sums as usize;
-        cache.indirect.add(round, &gathered.sums[start..end]);
+        let sums = &gathered.sums[start..end];
+        cache.indirect.add(round, sums);
+        cache.note_expected(round.vertex, sums);
         start = end;
     }
 }

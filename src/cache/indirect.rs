@@ -27,7 +27,9 @@ impl Cache {
     /// Takes in that the lights have changed: what was gathered is scaled, brought back or set aside. The slots'
     /// values are to be refreshed.
     pub fn relight_indirect(&mut self, before: Lighting, now: &Lighting) {
-        self.radiance.relight(before.common_ratio(now));
+        let common = before.common_ratio(now);
+        self.radiance.relight(common);
+        self.expected.relight(common);
         self.indirect.previous.relight(&mut self.indirect.gathers, before, now);
     }
 
@@ -55,7 +57,8 @@ impl Cache {
         self.indirect.stale
     }
 
-    /// Brings the predictions of base vertices up to date, and all that depends on them; returns the slots written.
+    /// Brings up to date the predictions of base vertices, what is expected where there is none, and all that depends on them;
+    /// returns the slots written.
     pub fn refresh_predictions(
         &mut self,
         base: impl Iterator<Item = VertexId>,
@@ -64,7 +67,7 @@ impl Cache {
         evaluate: Evaluate<'_>,
     ) -> Vec<SlotId> {
         self.indirect.stale = false;
-        let is_predicted = |&slot: &SlotId| self.between(slot).is_some() && !self.indirect.is_sampled(slot);
+        let is_predicted = |&slot: &SlotId| !self.indirect.is_sampled(slot);
         let slots = base.flat_map(|vertex| self.slots_of(vertex)).filter(is_predicted);
         let due: Vec<SlotId> = slots.collect();
         self.evaluate_indirect(&due, (eye, specular), evaluate)

@@ -11,6 +11,7 @@ pub mod gather;
 pub mod ids;
 pub mod indirect;
 pub mod indirect_layer;
+pub mod irradiance_prior;
 pub mod layer;
 pub mod luminance;
 pub mod pieces;

@@ -43,17 +43,20 @@ pub enum Piece {
     Hanging,
     /// A new vertex takes half the points of a light that those around it took in its penumbra.
     InheritedPoints,
+    /// What neither gathered nor is predicted shows the indirect light to be expected at its place; without it, none.
+    IrradiancePrior,
     /// The variance of a vertex's indirect light is pooled with its neighbours'; without that it is the vertex's own.
     PooledVariance,
 }
 
 impl Piece {
     /// All pieces with the names that options use.
-    pub const NAMES: [(&'static str, Self); 20] = [
+    pub const NAMES: [(&'static str, Self); 21] = [
         ("radiance-grid", Self::RadianceGrid),
         ("filter", Self::Filter),
         ("coarse-levels", Self::CoarseLevels),
         ("visibility-prior", Self::VisibilityPrior),
+        ("irradiance-prior", Self::IrradiancePrior),
         ("agreement", Self::Agreement),
         ("confirm", Self::Confirm),
         ("deferred", Self::Deferred),

@@ -9,8 +9,9 @@ use super::coarse_grids::CoarseGrids;
 use super::drawn_mesh::{DrawnMesh, DrawnTriangle};
 use super::ids::{BetweenId, DrawnId, NodeId, SlotId, VertexId};
 use super::indirect_layer::IndirectLayer;
+use super::irradiance_prior::IrradiancePrior;
 use super::layer::Layer;
-use super::pieces::Pieces;
+use super::pieces::{Piece, Pieces};
 use super::pool::{Pool, Table};
 use super::radiance_grid::RadianceGrid;
 use super::slot::{COVERED_WEIGHT, SlotRecord};
@@ -40,6 +41,8 @@ pub struct Cache {
     pub layers: Vec<Layer>,
     /// What is gathered of indirect light.
     pub indirect: IndirectLayer,
+    /// Indirect light to be expected where nothing is known of it.
+    pub(super) expected: IrradiancePrior,
     /// How likely places see each light group.
     pub(super) prior: VisibilityPrior,
     /// How sure points in the lights' penumbrae are.
@@ -65,8 +68,8 @@ impl Cache {
         let scale = scene.scale();
         let radiance = RadianceGrid::new(scene.bounds().map_or(Vec3::ZERO, |(low, _)| low), scene.diagonal());
         let prior = VisibilityPrior::new(groups, scale);
-        let penumbrae = Penumbrae::new(groups);
-        Self { layers: vec![Layer::default(); groups], prior, penumbrae, radiance, scale, ..Self::default() }
+        let (penumbrae, expected) = (Penumbrae::new(groups), IrradiancePrior::new(scale));
+        Self { layers: vec![Layer::default(); groups], expected, prior, penumbrae, radiance, scale, ..Self::default() }
     }
 
     /// The root of `face`, if there is one.
@@ -130,6 +133,17 @@ impl Cache {
     #[must_use]
     pub fn weight(&self, slot: SlotId) -> f32 {
         if self.is_covered(slot) { COVERED_WEIGHT } else { 1.0 }
+    }
+
+    /// Diffuse luminance to show at a slot, W·sr⁻¹·m⁻²: where nothing is known of its indirect light, with what is to be expected of
+    /// it.
+    #[must_use]
+    pub fn diffuse_to_show(&self, slot: SlotId) -> Vec3 {
+        let record = &self.slots[slot];
+        if record.indirect.known || self.without.has(Piece::IrradiancePrior) {
+            return record.diffuse();
+        }
+        record.direct.diffuse + self.expected.at(self.vertices[record.vertex].position, record.normal)
     }
 
     /// Checks hierarchy, slots and drawn triangles against each other, in time linear in their number.

@@ -180,7 +180,7 @@ fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
         _ => 0.0,
     };
     let position = cache.vertices[record.vertex].position;
-    Slot { position, weight, diffuse: record.diffuse(), specular: view.specular.get(slot).total() }
+    Slot { position, weight, diffuse: cache.diffuse_to_show(slot), specular: view.specular.get(slot).total() }
 }
 
 #[cfg(test)]

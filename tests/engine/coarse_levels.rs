@@ -1,7 +1,7 @@
 //! Indirect light above the geometry: where a mesh is denser than its light, most vertices take what few have gathered.
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
-use crate::support::by_hand::{Mirror, drawn, engine_with, light, material, options, patch};
+use crate::support::by_hand::{Mirror, drawn, engine_with, light, material, options, patch, triangle};
 use crate::support::shapes::icosphere;
 use glam::Vec3;
 use penombre::cache::ids::SlotId;
@@ -102,6 +102,33 @@ fn predictions_turn_with_the_surface() {
         let found = vector.turning(Vec3::Z, turned);
         assert!((found / exact - 1.0).abs() < 0.02, "{angle}: {found} {exact}");
     }
+}
+
+/// Shards that no coarser vertex predicts, in a room: until they gather they show about the light of what faces the same way.
+#[test]
+fn what_nothing_predicts_is_lit_before_it_gathers() {
+    let mut scene = Scene::default();
+    let grey = material(&mut scene, |m| m.kd = Vec3::splat(0.6));
+    let mut walls = icosphere(&mut scene, Vec3::ZERO, 2.0, 3, true, grey);
+    let turned = |i: u32, axis: u32| ((i * 37 + axis * 59) % 101) as f32 / 50.0 - 1.0;
+    let shards: Vec<TriangleId> = (0..200)
+        .map(|i| {
+            let centre = Vec3::new(turned(i, 1), turned(i, 2), turned(i, 3));
+            let corner = |k: u32| centre + 0.02 * Vec3::new(turned(i + k, 4), turned(i * k, 5), turned(i + 3 * k, 6));
+            triangle(&mut scene, [corner(1), corner(2), corner(3)], grey)
+        })
+        .collect();
+    light(&mut scene, LightKind::Point { position: Vec3::new(0.0, 1.9, 0.0), intensity: Vec3::ONE });
+    let expected = 4.0 * 0.6 / ((1.0 - 0.6) * 4.0 * PI * 4.0);
+    walls.extend(&shards);
+    let (engine, mirror) = lit(scene, &walls, (2, 12_000));
+    let (slots, _) = slots(&engine, &shards);
+    let cache = engine.cache();
+    let unknown = slots.iter().filter(|&&slot| !cache.slots[slot].indirect.known).count();
+    assert!(unknown > slots.len() / 4, "{unknown} of {} know nothing", slots.len());
+    let shown = shards.iter().flat_map(|&id| mirror.face(FaceId::new(id, false))).map(|slot| slot.diffuse.x);
+    let least = shown.fold(f32::INFINITY, f32::min);
+    assert!(least > 0.5 * expected, "{least} against {expected}");
 }
 
 #[test]
