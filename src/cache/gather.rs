@@ -155,8 +155,7 @@ impl Path<'_> {
         for bounce in 0.. {
             *rays += 1;
             let Some(hit) = self.context.bvh.closest(scene, &ray) else { break };
-            let facing = scene.area_vector(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
-            let key = self.grid.key(ray.origin + ray.direction * hit.t, facing, hit.t);
+            let key = self.grid.key(ray.origin + ray.direction * hit.t, hit.area_vector(), hit.t);
             let mut known = None;
             if asks && bounce >= self.unread {
                 let own = if bounce == 0 { self.index } else { 0 };
