@@ -120,3 +120,38 @@ impl Plan<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3A;
+    use obvhs::aabb::Aabb;
+    use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+    /// Unit boxes side by side, one for each of `primitives`.
+    fn row(primitives: &[u32]) -> Bvh2 {
+        let unit = |x: usize| Aabb::new(Vec3A::X * x as f32, Vec3A::X * x as f32 + Vec3A::ONE);
+        let boxes: Vec<Aabb> = (0..primitives.len()).map(unit).collect();
+        PlocBuilder::new().build(PlocSearchDistance::Low, &boxes, primitives.to_vec(), SortPrecision::U64, 0)
+    }
+
+    #[test]
+    fn each_primitive_is_in_a_leaf_and_nodes_are_well_filled() {
+        for count in [1, 4, 5, 33, 1000] {
+            let made = collapse(&row(&(0..count).collect::<Vec<u32>>()));
+            let mut found: Vec<u32> = made.leaves.iter().flatten().copied().collect();
+            found.sort_unstable();
+            assert!(found.iter().copied().eq(0..count), "{count}: {found:?}");
+            assert!(made.leaves.iter().all(|leaf| (1..=LANES).contains(&leaf.len())), "{count}");
+            // Every node but the root and every leaf is a child of one node.
+            let children = made.nodes.len() - 1 + made.leaves.len();
+            assert!(children > (made.nodes.len() - 1) * (WIDTH - 2), "{count}: {} nodes", made.nodes.len());
+        }
+    }
+
+    #[test]
+    fn parts_of_one_primitive_that_come_together_are_one() {
+        let made = collapse(&row(&[0; 40]));
+        assert!(made.leaves.len() < 40 && made.leaves.iter().all(|leaf| leaf[..] == [0]), "{:?}", made.leaves);
+    }
+}
