@@ -4,7 +4,6 @@ use crate::geom::{Hit, Ray, offset};
 use crate::light::arrival::Arrival;
 use crate::light::context::{SceneContext, ShadingPoint};
 use crate::math::{combine, sequence::Sequence};
-use crate::scene::Scene;
 use crate::scene::camera::View;
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
@@ -18,16 +17,16 @@ pub fn seen(context: &SceneContext<'_>, view: &View, count: u32) -> Vec<ShadingP
         let direction = view.direction(size * Vec2::new(x, y)).normalize();
         let ray = Ray { origin: view.eye, direction, t_max: f32::INFINITY };
         let hit = context.bvh.closest(context.scene, &ray)?;
-        (!context.scene.face_emits(hit.face())).then(|| site_of(context.scene, &hit, u64::from(index)))
+        (!context.scene.face_emits(hit.face())).then(|| site_of(&hit, u64::from(index)))
     };
     (0..count).filter_map(shading_point).collect()
 }
 
 /// The point of a hit on the side that was hit.
-pub fn site_of(scene: &Scene, hit: &Hit, key: u64) -> ShadingPoint {
-    let [a, b, c] = scene.corners(hit.triangle);
+pub fn site_of(hit: &Hit, key: u64) -> ShadingPoint {
+    let [a, b, c] = hit.corners;
     let position = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
-    let normal = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
+    let normal = hit.facet();
     let origin = offset::origin(position, normal, offset::scale_of_hit(position, hit.t), offset::HIT);
     ShadingPoint { key, position, origin, normal }
 }
@@ -35,7 +34,7 @@ pub fn site_of(scene: &Scene, hit: &Hit, key: u64) -> ShadingPoint {
 /// Radiance, W·sr⁻¹·m⁻², that the surface of a hit reflects diffusely of the light from one light, drawn in proportion
 /// to its strength; one shadow ray. Its mean over `u` ∈ [0, 1)³ is that of all direct light.
 pub fn reflected(context: &SceneContext<'_>, hit: &Hit, u: [f32; 3]) -> Vec3 {
-    let shading_point = site_of(context.scene, hit, 0);
+    let shading_point = site_of(hit, 0);
     let Some((arrival, share)) = arrival(context, &shading_point, u) else { return Vec3::ZERO };
     let cosine = shading_point.normal.dot(arrival.direction);
     if cosine <= 0.0 || !context.visible(&shading_point, &arrival) {

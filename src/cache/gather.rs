@@ -10,10 +10,10 @@ use super::indirect_layer::Round;
 use super::pieces::Piece;
 use super::radiance_grid::{CellKey, Deposit, RadianceGrid};
 use super::store::Cache;
-use crate::estimate::hemisphere::{self, Method};
+use crate::estimate::hemisphere::{self, Method, Radiance};
 use crate::estimate::light_vector::LightVector;
 use crate::estimate::surface::DiffusePoint;
-use crate::geom::Ray;
+use crate::geom::{Hit, Ray};
 use crate::light::context::SceneContext;
 use crate::math::combine;
 use crate::math::hemisphere::Density;
@@ -60,20 +60,65 @@ pub fn gather(context: &SceneContext<'_>, cache: &Cache, job: GatherJob, out: &m
     let normals: SmallVec<[Vec3; 8]> = out.sums[start..].iter().map(|(slot, _)| cache.slots[*slot].normal).collect();
     let sequence = context.sequence(&shading_point, INDIRECT);
     let Gathered { sums, rays, deposits, .. } = out;
-    let radiance = |index, direction| {
-        let ray = Ray { origin: shading_point.origin, direction, t_max: f32::INFINITY };
-        let grid = &cache.radiance;
-        let unread = if cache.without.has(Piece::RadianceGrid) { u32::MAX } else { unread_hits(index) };
-        Path { context, grid, sequence: &sequence, index, unread }.radiance(ray, rays, deposits)
-    };
-    let indices = job.first..job.first + job.rays;
-    hemisphere::gather(job.method, &normals, indices, &sequence, radiance, |sample| {
+    let (origin, indices) = (shading_point.origin, job.first..job.first + job.rays);
+    let paths = Paths { context, cache, sequence: &sequence, origin, rays, deposits };
+    hemisphere::gather(job.method, &normals, indices, &sequence, paths, |sample| {
         for ((_, sum), normal) in sums[start..].iter_mut().zip(&normals) {
             sum.push(*normal, &sample);
         }
     });
     let sums = (out.sums.len() - start) as u32;
     out.rounds.push(Round { vertex: job.vertex, rays: job.rays, sums });
+}
+
+/// The gather rays of a vertex.
+struct Paths<'a> {
+    context: &'a SceneContext<'a>,
+    cache: &'a Cache,
+    sequence: &'a Sequence,
+    /// Where they start.
+    origin: Vec3,
+    rays: &'a mut u64,
+    deposits: &'a mut Vec<Deposit>,
+}
+
+impl<'a> Paths<'a> {
+    fn path(&self, index: u32) -> Path<'a> {
+        let Self { context, cache, sequence, .. } = *self;
+        let unread = if cache.without.has(Piece::RadianceGrid) { u32::MAX } else { unread_hits(index) };
+        Path { context, grid: &cache.radiance, sequence, index, unread }
+    }
+
+    fn ray(&self, direction: Vec3) -> Ray {
+        Ray { origin: self.origin, direction, t_max: f32::INFINITY }
+    }
+}
+
+impl Radiance for Paths<'_> {
+    type Met = Option<Met>;
+
+    fn meet(&mut self, index: u32, direction: Vec3) -> Option<Met> {
+        self.path(index).meet(&self.ray(direction), self.rays)
+    }
+
+    fn look_up(&self, index: u32, met: &mut Option<Met>) {
+        if let Some(met) = met {
+            self.path(index).look_up(met, 0);
+        }
+    }
+
+    fn radiance(&mut self, index: u32, direction: Vec3, met: Option<Met>) -> Vec3 {
+        self.path(index).radiance(self.ray(direction), met, self.rays, self.deposits)
+    }
+}
+
+/// Where a ray of a path ends.
+struct Met {
+    hit: Hit,
+    /// The cells there.
+    key: CellKey,
+    /// What they know, where they may be asked and do.
+    known: Option<Vec3>,
 }
 
 /// One gather ray and what follows it.
@@ -127,9 +172,9 @@ const TEACHING: u32 = 1 << 31;
 impl Path<'_> {
     /// Light that arrives along `ray` but for what lights send directly; what leaves the hits of a path that rests on
     /// nothing but itself goes to `deposits`.
-    fn radiance(&self, ray: Ray, rays: &mut u64, deposits: &mut Vec<Deposit>) -> Vec3 {
+    fn radiance(&self, ray: Ray, met: Option<Met>, rays: &mut u64, deposits: &mut Vec<Deposit>) -> Vec3 {
         let mut bounces = SmallVec::new();
-        let end = self.walk(ray, rays, &mut bounces);
+        let end = self.walk((ray, met), rays, &mut bounces);
         // What the path itself finds, and what its vertex takes: the grid's word where there is one.
         let (mut found, mut taken) = (Vec3::ZERO, end);
         for bounce in bounces.iter().rev() {
@@ -141,26 +186,41 @@ impl Path<'_> {
         taken
     }
 
-    /// Follows a path until it is absorbed, or the grid knows what leaves a hit; returns that.
+    /// What a ray hits.
+    fn meet(&self, ray: &Ray, rays: &mut u64) -> Option<Met> {
+        *rays += 1;
+        let hit = self.context.bvh.closest(self.context.scene, ray)?;
+        let key = self.grid.key(ray.origin + ray.direction * hit.t, hit.area_vector(), hit.t);
+        Some(Met { hit, key, known: None })
+    }
+
+    /// Asks the grid about a hit after some bounces, if it may be asked there.
+    fn look_up(&self, met: &mut Met, bounces: u32) {
+        if bounces >= self.unread {
+            let own = if bounces == 0 { self.index } else { 0 };
+            met.known = self.grid.read(met.key, met.hit.t, own);
+        }
+    }
+
+    /// Follows a path from its first hit until it is absorbed, or the grid knows what leaves a hit; returns that.
     ///
     /// One that is to teach the grid goes on all the same, and so does one that came to a place which the grid does
     /// not know: it teaches from there on. Its vertex takes the first word that the grid has, its lessons rest on
     /// none: else the errors of cells would go round. (Hits before teach nothing: to take only paths that came to
     /// unknown places would be a choice of directions.)
-    fn walk(&self, mut ray: Ray, rays: &mut u64, bounces: &mut SmallVec<[Bounce; 8]>) -> Vec3 {
+    fn walk(
+        &self,
+        (mut ray, mut met): (Ray, Option<Met>),
+        rays: &mut u64,
+        bounces: &mut SmallVec<[Bounce; 8]>,
+    ) -> Vec3 {
         let scene = self.context.scene;
         let [chance, _] = self.sequence.independent(TEACHING | self.index);
         let mut teaches = chance < TEACHES;
         let mut asks = true;
         for bounce in 0.. {
-            *rays += 1;
-            let Some(hit) = self.context.bvh.closest(scene, &ray) else { break };
-            let facing = scene.area_vector(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
-            let key = self.grid.key(ray.origin + ray.direction * hit.t, facing, hit.t);
-            let mut known = None;
+            let Some(Met { hit, key, known }) = met else { break };
             if asks && bounce >= self.unread {
-                let own = if bounce == 0 { self.index } else { 0 };
-                known = self.grid.read(key, hit.t, own);
                 match known {
                     Some(known) if !teaches => return known,
                     Some(_) => asks = false,
@@ -183,6 +243,10 @@ impl Path<'_> {
                 break;
             }
             ray = Ray { origin: point.origin, direction, t_max: f32::INFINITY };
+            met = self.meet(&ray, rays);
+            if let Some(met) = met.as_mut().filter(|_| asks) {
+                self.look_up(met, bounce + 1);
+            }
         }
         Vec3::ZERO
     }

@@ -2,6 +2,7 @@
 
 pub mod between;
 pub mod bytes;
+mod cell_table;
 pub mod coarse_grids;
 pub mod coarse_levels;
 pub mod direct;

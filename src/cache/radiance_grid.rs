@@ -5,10 +5,9 @@
 //! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes
 //! within a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
 
-use super::pool::map_bytes;
+use super::cell_table::CellTable;
 use crate::math::nearest_axis;
 use glam::Vec3;
-use rustc_hash::FxHashMap;
 use std::f32::consts::PI;
 
 /// Greatest edge of the coarsest cell that a ray reads, against the ray's length.
@@ -35,15 +34,9 @@ const MARGIN: Vec3 = Vec3::new(0.0137, 0.0171, 0.0193);
 /// Means of the radiance that leaves surfaces, by place and side.
 #[derive(Clone, Debug, Default)]
 pub struct RadianceGrid {
-    cells: FxHashMap<u64, Cell>,
+    cells: CellTable,
     origin: Vec3,
     diagonal: f32,
-}
-
-#[derive(Clone, Copy, Debug, Default)]
-struct Cell {
-    sum: Vec3,
-    paths: u32,
 }
 
 /// The cells that hold a hit: the finest, of which the others follow.
@@ -99,7 +92,7 @@ impl RadianceGrid {
         let levels = if own < COARSE_FOR { DEPTH } else { 1 };
         (0..levels).find_map(|up| {
             let width = self.edge(key.level - up) / distance;
-            let cell = self.cells.get(&key.packed(up)).filter(|_| width < 1.0)?;
+            let cell = (width < 1.0).then(|| self.cells.get(key.packed(up))).flatten()?;
             let enough = ENOUGH + ENOUGH_OF_OWN * own as f32 * width * width / PI;
             (cell.paths as f32 >= enough).then(|| cell.sum / cell.paths as f32)
         })
@@ -110,7 +103,7 @@ impl RadianceGrid {
         for deposit in deposits {
             for up in (0..DEPTH).rev() {
                 let (key, is_full) = (deposit.key.packed(up), self.cells.len() >= MOST_CELLS);
-                let cell = if is_full { self.cells.get_mut(&key) } else { Some(self.cells.entry(key).or_default()) };
+                let cell = if is_full { self.cells.get_mut(key) } else { Some(self.cells.get_or_make(key)) };
                 let Some(cell) = cell else { continue };
                 cell.sum += deposit.radiance;
                 cell.paths += 1;
@@ -121,15 +114,15 @@ impl RadianceGrid {
     /// Takes in that the lights have changed, all by the ratio `common`, by channel, or each by its own.
     pub fn relight(&mut self, common: Option<Vec3>) {
         match common {
-            Some(ratio) => self.cells.values_mut().for_each(|cell| cell.sum *= ratio),
-            None => self.cells.clear(),
+            Some(ratio) => self.cells.cells_mut().for_each(|cell| cell.sum *= ratio),
+            None => self.cells = CellTable::default(),
         }
     }
 
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        map_bytes(&self.cells)
+        self.cells.bytes()
     }
 }
 

@@ -28,8 +28,7 @@ impl DiffusePoint {
     /// The point that `ray` has hit.
     #[must_use]
     pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
-        let position = hit.position(scene, ray);
-        let facet = scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
+        let (position, facet) = (hit.position(ray), hit.facet());
         let scale = offset::scale_of_hit(position, hit.t * ray.direction.length());
         Self {
             origin: offset::origin(position, facet, scale, offset::HIT),

@@ -1,31 +1,38 @@
 //! Bounding volume hierarchy over the scene's triangles: rays against it.
 
 use super::sheets::Sheets;
+use super::traversal::{self, Node};
 use super::tree::{Primitives, Tree};
-use super::watertight::{Corners, Meeting, Shear};
+use super::watertight::{Corners, LANES, Meeting, Meetings, Shear};
 use super::{Hit, Ray};
 use crate::scene::geometry::repeats;
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
-use obvhs::cwbvh::CwBvh;
-use obvhs::ray::RayHit;
 use rayon::prelude::*;
+use smallvec::SmallVec;
+use wide::i32x4;
 
-/// An eight-wide compressed hierarchy with its triangles stored in leaf order.
+/// An eight-wide hierarchy with its triangles stored by leaf.
 pub struct Bvh {
-    tree: CwBvh,
-    triangles: Vec<Corners>,
-    /// Scene triangle of each leaf triangle; the top bits mark a cut-out mask, and those in `sheets`.
-    ids: Vec<u32>,
+    nodes: Vec<Node>,
+    leaves: Vec<Leaf>,
     /// Leaf triangles whose distance is that of their plane.
     sheets: Sheets,
     /// What scene coordinates are multiplied by: a power of two, so that nothing is rounded.
     scale: f32,
 }
 
-const MASKED: u32 = 1 << 31;
-const ON_SHEET: u32 = 1 << 30;
-const ID: u32 = ON_SHEET - 1;
+/// The triangles of a leaf: three lines of the processor's caches.
+#[repr(C, align(64))]
+struct Leaf {
+    corners: Corners,
+    /// Scene triangles; the top bits mark those in `sheets`, and a cut-out mask.
+    ids: [u32; LANES],
+}
+
+const ON_SHEET: u32 = 1 << 31;
+const MASKED: u32 = 1 << 30;
+const ID: u32 = MASKED - 1;
 
 impl Bvh {
     /// Builds the hierarchy of all triangles of `scene`.
@@ -37,23 +44,27 @@ impl Bvh {
     /// The hierarchy of `scene` with the tree of its triangles.
     #[must_use]
     pub fn new(tree: Tree, scene: &Scene) -> Self {
-        let Tree { nodes, mut triangles, mut places, scale } = tree;
+        let Tree { nodes, leaves, mut corners, mut places, scale } = tree;
         places.settle(scene);
+        let id = |place: u32| places.triangles[place as usize];
         let shared = places.shared();
-        let id = |leaf: usize| places.triangles[nodes.primitive_indices[leaf] as usize];
-        for leaf in 0..if shared.is_empty() { 0 } else { triangles.len() } {
-            if shared.contains(&(nodes.primitive_indices[leaf] as usize)) {
-                triangles[leaf] = Corners::new(scene.corners(id(leaf)).map(|p| p * scale));
+        for (leaf, corners) in leaves.iter().zip(&mut corners).take(if shared.is_empty() { 0 } else { leaves.len() }) {
+            if leaf.iter().any(|&place| shared.contains(&(place as usize))) {
+                let scaled = |&place: &u32| scene.corners(id(place)).map(|p| p * scale);
+                *corners = Corners::new(&leaf.iter().map(scaled).collect::<SmallVec<[_; LANES]>>());
             }
         }
-        let sheets = Sheets::new(&scene.coplanar, (0..triangles.len()).map(id), scale);
+        let of_lanes = leaves.iter().flat_map(|leaf| (0..LANES).map(|lane| leaf.get(lane).map(|&place| id(place))));
+        let sheets = Sheets::new(&scene.coplanar, of_lanes, scale);
         let flag = |is: bool, bit: u32| if is { bit } else { 0 };
-        let flagged = |leaf: usize| {
-            let id = id(leaf);
-            id.0 | flag(scene.material(id).map_d.is_some(), MASKED) | flag(sheets.has(leaf), ON_SHEET)
+        let flagged = |leaf: usize, lane: usize| {
+            let Some(id) = leaves[leaf].get(lane).map(|&place| id(place)) else { return 0 };
+            let on_sheet = sheets.has(leaf * LANES + lane);
+            id.0 | flag(scene.material(id).map_d.is_some(), MASKED) | flag(on_sheet, ON_SHEET)
         };
-        let ids = (0..triangles.len()).into_par_iter().map(flagged).collect();
-        Self { tree: nodes, triangles, ids, sheets, scale }
+        let whole = |(index, corners)| Leaf { corners, ids: std::array::from_fn(|lane| flagged(index, lane)) };
+        let leaves = corners.into_par_iter().enumerate().map(whole).collect();
+        Self { nodes, leaves, sheets, scale }
     }
 
     /// The closest opaque hit of `ray`, whichever side it comes from.
@@ -62,18 +73,25 @@ impl Bvh {
         let ray = self.scaled(ray);
         let sheared = Shear::new(ray.origin, ray.direction);
         let mut best: Option<Found> = None;
-        self.tree.ray_traverse(to_obvhs(&ray), &mut RayHit::none(), |r, i| {
-            let Some(found) = self.intersect(scene, (&ray, &sheared), r.tmax, i) else { return f32::INFINITY };
-            // Only triangles of one plane are at the same distance and ranked.
-            if best.is_none_or(|b| found.meeting.t < b.meeting.t || found.rank > b.rank) {
-                best = Some(found);
+        traversal::closest(&self.nodes, &ray, |leaf, mut t_max| {
+            let (meetings, lanes) = self.leaves[leaf].meet(&sheared, t_max);
+            for lane in bits(lanes) {
+                let Some(found) = self.found(scene, &ray, (leaf, lane), &meetings, t_max) else { continue };
+                t_max = t_max.min(found.meeting.t);
+                // Only triangles of one plane are at the same distance and ranked.
+                if best.is_none_or(|b| found.meeting.t < b.meeting.t || found.rank > b.rank) {
+                    best = Some(found);
+                }
             }
-            found.meeting.t
+            t_max
         });
-        best.map(|Found { leaf, meeting: Meeting { t, u, v }, .. }| {
-            let triangle = TriangleId(self.ids[leaf] & ID);
-            let back = scene.area_vector(triangle).dot(ray.direction) > 0.0;
-            Hit { t: t / self.scale, triangle, u, v, back }
+        best.map(|Found { leaf, lane, meeting: Meeting { t, u, v, back }, .. }| {
+            // The scale is a power of two, and so is this.
+            let unit = self.scale.recip();
+            let Leaf { corners, ids } = &self.leaves[leaf];
+            let [a, b, c] = corners.of_lane(lane);
+            let corners = [a * unit, b * unit, c * unit];
+            Hit { t: t * unit, triangle: TriangleId(ids[lane % LANES] & ID), u, v, back, corners }
         })
     }
 
@@ -82,32 +100,35 @@ impl Bvh {
     pub fn occluded(&self, scene: &Scene, ray: &Ray) -> bool {
         let ray = self.scaled(ray);
         let sheared = Shear::new(ray.origin, ray.direction);
-        !self.tree.ray_traverse_miss(to_obvhs(&ray), |r, i| {
-            let found = self.intersect(scene, (&ray, &sheared), r.tmax, i);
-            found.filter(|found| found.meeting.t < r.tmax).map_or(f32::INFINITY, |found| found.meeting.t)
+        traversal::any(&self.nodes, &ray, |leaf| {
+            let (meetings, lanes) = self.leaves[leaf].meet(&sheared, ray.t_max);
+            bits(lanes).any(|lane| {
+                let found = self.found(scene, &ray, (leaf, lane), &meetings, ray.t_max);
+                found.is_some_and(|found| found.meeting.t < ray.t_max)
+            })
         })
     }
 
-    /// Where the ray meets leaf triangle `leaf` before `t_max`, or there where its plane decides; `None` through a hole of its mask.
-    #[inline]
-    fn intersect(&self, scene: &Scene, (ray, sheared): (&Ray, &Shear), t_max: f32, leaf: usize) -> Option<Found> {
-        let id = self.ids[leaf];
-        if id & (MASKED | ON_SHEET) == 0 {
-            return self.triangles[leaf].meet(sheared, t_max).map(|meeting| Found { leaf, meeting, rank: 0 });
-        }
-        let found = if id & ON_SHEET == 0 {
-            Found { leaf, meeting: self.triangles[leaf].meet(sheared, t_max)?, rank: 0 }
-        } else {
-            let plane = self.sheets.meet(ray, leaf).filter(|plane| plane.t <= t_max)?;
-            // Within rounding of the plane, which is before the end of the ray or behind its origin for all that is known.
-            let meeting = self.triangles[leaf].meet_line(sheared)?;
-            Found { leaf, meeting: Meeting { t: plane.t, ..meeting }, rank: plane.rank }
-        };
-        let Meeting { u, v, .. } = found.meeting;
-        if id & MASKED != 0 && !scene.is_opaque_at(TriangleId(id & ID), u, v) {
+    /// Where the ray meets a triangle before `t_max`, or there where its plane decides; `None` through a hole of its mask.
+    #[inline(always)]
+    fn found(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        (leaf, lane): (usize, usize),
+        meetings: &Meetings,
+        t_max: f32,
+    ) -> Option<Found> {
+        let id = self.leaves[leaf].ids[lane % LANES];
+        let mut found = Found { leaf, lane, meeting: meetings.of_lane(lane), rank: 0 };
+        if id & ON_SHEET != 0 {
+            let plane = self.sheets.meet(ray, leaf * LANES + lane).filter(|plane| plane.t <= t_max)?;
+            (found.meeting.t, found.rank) = (plane.t, plane.rank);
+        } else if found.meeting.t >= t_max {
             return None;
         }
-        Some(found)
+        let Meeting { u, v, .. } = found.meeting;
+        (id & MASKED == 0 || scene.is_opaque_at(TriangleId(id & ID), u, v)).then_some(found)
     }
 
     /// A ray in the hierarchy's units.
@@ -116,19 +137,37 @@ impl Bvh {
     }
 }
 
-/// Where a ray meets a leaf triangle, and what that counts among others at the same distance.
+impl Leaf {
+    /// Where the ray meets the triangles, and the lanes of those before `t_max`. Of a triangle whose plane decides, any place on the
+    /// ray's line will do: it is within rounding of the plane, which is before the end of the ray or behind its origin for all
+    /// that is known.
+    #[inline(always)]
+    fn meet(&self, ray: &Shear, t_max: f32) -> (Meetings, u32) {
+        let meetings = self.corners.meet(ray);
+        let on_sheets = i32x4::new(self.ids.map(u32::cast_signed)).to_bitmask();
+        (meetings, meetings.within(t_max) | meetings.inside() & on_sheets)
+    }
+}
+
+/// The places of the bits that are set.
+#[inline(always)]
+fn bits(mut mask: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let bit = mask.trailing_zeros() as usize;
+        (mask != 0).then(|| {
+            mask &= mask - 1;
+            bit
+        })
+    })
+}
+
+/// Where a ray meets a triangle, and what that counts among others at the same distance.
 #[derive(Clone, Copy)]
 struct Found {
     leaf: usize,
+    lane: usize,
     meeting: Meeting,
     rank: u32,
-}
-
-fn to_obvhs(ray: &Ray) -> obvhs::ray::Ray {
-    // Adding 0 turns −0 into 0: obvhs 0.4 takes the sign bit for the inverse and the value for the octant, and misses
-    // everything where they disagree (tests/engine/direct.rs, directional light).
-    let direction = ray.direction + Vec3::ZERO;
-    obvhs::ray::Ray::new(ray.origin.into(), direction.into(), 0.0, ray.t_max)
 }
 
 /// Closest hit by testing every triangle: what tests compare with.
@@ -140,7 +179,7 @@ pub fn closest_by_brute_force(scene: &Scene, ray: &Ray) -> Option<Hit> {
         let Some((t, u, v)) = intersect_f64(scene.corners(triangle), ray) else { continue };
         if t < best.map_or(ray.t_max, |b| b.t) && scene.is_opaque_at(triangle, u, v) {
             let back = scene.area_vector(triangle).dot(ray.direction) > 0.0;
-            best = Some(Hit { t, triangle, u, v, back });
+            best = Some(Hit { t, triangle, u, v, back, corners: scene.corners(triangle) });
         }
     }
     best

@@ -1,13 +1,16 @@
 //! Rays against the scene's triangles.
 
 pub mod bvh;
+mod collapse;
 pub mod offset;
 mod places;
 mod sheets;
+mod traversal;
 pub mod tree;
-pub mod watertight;
+mod watertight;
 
-use crate::scene::{FaceId, Scene, TriangleId};
+use crate::math::triangle::unit_normal;
+use crate::scene::{FaceId, TriangleId};
 use glam::Vec3;
 
 /// A ray segment: points origin + t·direction with t in (0, t_max).
@@ -34,6 +37,8 @@ pub struct Hit {
     pub v: f32,
     /// Whether the ray came from the back (clockwise) side.
     pub back: bool,
+    /// The corners of the triangle, scene units: from the hierarchy, where they are at hand.
+    pub corners: [Vec3; 3],
 }
 
 impl Hit {
@@ -41,14 +46,34 @@ impl Hit {
     /// where the triangle's corners lie much farther away than that.
     #[must_use]
     #[inline]
-    pub fn position(&self, scene: &Scene, ray: &Ray) -> Vec3 {
+    pub fn position(&self, ray: &Ray) -> Vec3 {
         const MUCH_FARTHER: f32 = 16.0;
-        let [a, b, c] = scene.corners(self.triangle);
+        let [a, b, c] = self.corners;
         let reach = ray.origin.abs().max((ray.direction * self.t).abs()).max_element();
         if a.abs().max(b.abs()).max(c.abs()).max_element() > MUCH_FARTHER * reach {
             return ray.origin + ray.direction * self.t;
         }
         a * (1.0 - self.u - self.v) + b * self.u + c * self.v
+    }
+
+    /// Unit normal of the triangle on the side that was hit (zero for a degenerate one).
+    #[must_use]
+    #[inline]
+    pub fn facet(&self) -> Vec3 {
+        unit_normal(self.corners) * self.side()
+    }
+
+    /// Twice the area times that.
+    #[must_use]
+    #[inline]
+    pub fn area_vector(&self) -> Vec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a) * self.side()
+    }
+
+    /// 1 on the front, −1 on the back.
+    const fn side(&self) -> f32 {
+        if self.back { -1.0 } else { 1.0 }
     }
 
     /// The face that was hit.

@@ -23,12 +23,12 @@ pub struct OnSheet {
 }
 
 impl Sheets {
-    /// Those of the leaf triangles `ids`; `scale` is what coordinates are multiplied by.
-    pub fn new(coplanar: &Coplanar, ids: impl ExactSizeIterator<Item = TriangleId>, scale: f32) -> Self {
+    /// Those of the leaf triangles `ids`, `None` where there is none; `scale` is what coordinates are multiplied by.
+    pub fn new(coplanar: &Coplanar, ids: impl Iterator<Item = Option<TriangleId>>, scale: f32) -> Self {
         if coplanar.is_empty() {
             return Self::default();
         }
-        let members: Vec<Option<Member>> = ids.map(|id| coplanar.member(id)).collect();
+        let members: Vec<Option<Member>> = ids.map(|id| coplanar.member(id?)).collect();
         let count = members.iter().flatten().map(|member| member.plane + 1).max().unwrap_or(0);
         let plane = |index| {
             let plane = coplanar.plane(index);

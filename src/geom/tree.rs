@@ -1,22 +1,23 @@
 //! Building the tree over the triangles: from where they are alone, so that it can begin before the rest of the scene is there.
 
+use super::collapse::{Collapsed, LeafPlaces, collapse};
 use super::places::{Places, without_repeats};
-use super::watertight::Corners;
+use super::traversal::{Child, Node, WIDTH};
+use super::watertight::{Corners, LANES};
 use crate::scene::geometry::Geometry;
+use glam::Vec3;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::cwbvh::CwBvh;
-use obvhs::cwbvh::bvh2_to_cwbvh::bvh2_to_cwbvh;
-use obvhs::cwbvh::node::CwBvhNode;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
 use rayon::prelude::*;
+use smallvec::SmallVec;
 
-/// Diagonal of the scene in the hierarchy's own units, at least. obvhs 0.4 starts every ray 0.0001 units late: boxes nearer
-/// than that are missed, whatever the size of the scene. Here that is less than f32 resolves.
-/// A large one besides: there is room at the other end of f32, and scenes whose detail is a millionth of them.
+/// Diagonal of the scene in the hierarchy's own units, at least: whatever the size of the scene, areas of boxes stay far from both ends
+/// of f32, and so do the products of a box test, however steep the ray (`geom::traversal`). It is large because there are scenes whose
+/// detail is a millionth of them.
 const DIAGONAL: f32 = 4_294_967_296.0;
 
 /// How much boxes are larger than what they hold, against the largest coordinate: several times the rounding of a box test, so
@@ -32,9 +33,6 @@ const PRECISION: SortPrecision = SortPrecision::U64;
 /// of `bench`.
 const REINSERTED: f32 = 0.1;
 
-/// Triangles of a leaf, at most: what the node format holds.
-const LEAF: u32 = 3;
-
 /// The triangles that a tree is built from, copied, so that it can be built beside the rest of the loading.
 pub struct Primitives {
     places: Places,
@@ -43,14 +41,16 @@ pub struct Primitives {
     scale: f32,
 }
 
-/// A tree over triangles, which stand in leaf order.
+/// A tree over triangles.
 ///
-/// Spatial splits list a triangle in several leaves, so there may be more leaf triangles than scene triangles.
+/// Spatial splits list a triangle in several leaves, so leaves may hold more triangles than the scene.
 pub struct Tree {
-    pub(super) nodes: CwBvh,
-    /// In the hierarchy's units.
-    pub(super) triangles: Vec<Corners>,
-    /// Which scene triangles these are.
+    pub(super) nodes: Vec<Node>,
+    /// The places in each leaf.
+    pub(super) leaves: Vec<LeafPlaces>,
+    /// The corners of these, in the hierarchy's units.
+    pub(super) corners: Vec<Corners>,
+    /// Which scene triangles the places hold.
     pub(super) places: Places,
     /// What scene coordinates are multiplied by: a power of two, so that nothing is rounded.
     pub(super) scale: f32,
@@ -73,13 +73,15 @@ impl Primitives {
     #[must_use]
     pub fn build(self) -> Tree {
         let Self { places, corners, scale } = self;
-        let nodes = if corners.is_empty() { CwBvh::default() } else { eight_wide(&binary(&corners)) };
-        let leaf = |&i: &u32| {
-            let Triangle { v0, v1, v2 } = corners[i as usize];
-            Corners::new([v0, v1, v2].map(Into::into))
+        let Collapsed { nodes, leaves } =
+            if corners.is_empty() { Collapsed::default() } else { eight_wide(&binary(&corners)) };
+        let triangle = |&place: &u32| {
+            let Triangle { v0, v1, v2 } = corners[place as usize];
+            [v0, v1, v2].map(Vec3::from)
         };
-        let triangles = nodes.primitive_indices.par_iter().map(leaf).collect();
-        Tree { nodes, triangles, places, scale }
+        let of_leaf = |leaf: &LeafPlaces| Corners::new(&leaf.iter().map(triangle).collect::<SmallVec<[_; LANES]>>());
+        let corners = leaves.par_iter().map(of_leaf).collect();
+        Tree { nodes, leaves, corners, places, scale }
     }
 }
 
@@ -101,21 +103,17 @@ fn binary(triangles: &[Triangle]) -> Bvh2 {
     tree
 }
 
-/// Children of a wide node.
-const WIDTH: usize = 8;
-
 /// The eight-wide tree: the subtrees of its root are made on threads of their own.
-fn eight_wide(tree: &Bvh2) -> CwBvh {
+fn eight_wide(tree: &Bvh2) -> Collapsed {
     /// Fewer leaves are made as quickly on one.
     const FEW: usize = 1 << 12;
     if tree.primitive_indices.len() < FEW {
-        return bvh2_to_cwbvh(tree, LEAF, true, false);
+        return collapse(tree);
     }
     let roots = largest_subtrees(tree);
-    let parts: Vec<CwBvh> =
-        roots.par_iter().map(|&root| bvh2_to_cwbvh(&subtree(tree, root), LEAF, true, false)).collect();
+    let parts: Vec<Collapsed> = roots.par_iter().map(|&root| collapse(&subtree(tree, root))).collect();
     let boxes: Vec<Aabb> = roots.iter().map(|&root| *tree.nodes[root].aabb()).collect();
-    under_one_root(&boxes, &parts)
+    under_one_root(&boxes, parts)
 }
 
 /// The nodes below the root of an eight-wide tree: of those so far the one with the largest box gives way to its children.
@@ -158,35 +156,14 @@ fn subtree(tree: &Bvh2, root: usize) -> Bvh2 {
 }
 
 /// Puts trees under one root; `boxes` are theirs.
-fn under_one_root(boxes: &[Aabb], parts: &[CwBvh]) -> CwBvh {
-    let numbers = (0..parts.len() as u32).collect();
-    let over = PlocBuilder::new().build(PlocSearchDistance::VeryHigh, boxes, numbers, PRECISION, 0);
-    // One node, with the parts as its leaves, in the order in which rays of each octant want them.
-    let leaves = bvh2_to_cwbvh(&over, 1, true, false);
-    let mut root = leaves.nodes[0];
-    let mut order: Vec<&CwBvh> = Vec::with_capacity(parts.len());
-    (root.child_base_idx, root.primitive_base_idx, root.imask) = (1, 0, 0);
-    for child in 0..WIDTH {
-        if root.child_meta[child] != 0 {
-            // The low five bits of a leaf are its first primitive; an inner node has 24 + its place there, and counts as one.
-            order.push(&parts[leaves.primitive_indices[(root.child_meta[child] & 0b1_1111) as usize] as usize]);
-            root.child_meta[child] = 0b0010_0000 | (24 + child as u8);
-            root.imask |= 1 << child;
-        }
+fn under_one_root(boxes: &[Aabb], parts: Vec<Collapsed>) -> Collapsed {
+    let (mut children, mut all) = (Vec::new(), Collapsed { nodes: vec![Node::new(&[])], leaves: Vec::new() });
+    for (bounds, part) in boxes.iter().zip(parts) {
+        let (nodes, leaves) = (all.nodes.len(), all.leaves.len());
+        children.push((Child::node(nodes), [bounds.min, bounds.max].map(Vec3::from)));
+        all.nodes.extend(part.nodes.iter().map(|node| node.moved(nodes, leaves)));
+        all.leaves.extend(part.leaves);
     }
-    // Children of a node stand side by side: first the roots of the parts, then what is below each.
-    let (mut tops, mut below, mut primitive_indices) = (vec![root], Vec::new(), Vec::new());
-    for part in &order {
-        let before = (order.len() + below.len()) as u32;
-        let moved = |node: &CwBvhNode| CwBvhNode {
-            child_base_idx: node.child_base_idx + before,
-            primitive_base_idx: node.primitive_base_idx + primitive_indices.len() as u32,
-            ..*node
-        };
-        tops.push(moved(&part.nodes[0]));
-        below.extend(part.nodes[1..].iter().map(moved));
-        primitive_indices.extend_from_slice(&part.primitive_indices);
-    }
-    tops.extend(below);
-    CwBvh { nodes: tops, primitive_indices, total_aabb: leaves.total_aabb, ..leaves }
+    all.nodes[0] = Node::new(&children);
+    all
 }

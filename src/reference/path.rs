@@ -133,7 +133,7 @@ impl<'a> Tracer<'a> {
         let scene = self.context.scene;
         // Many points of a pixel filter textures by themselves; a single one does as the colour pass.
         let width = if self.settings.filter == Filter::Point { 1.0 } else { 0.0 };
-        let footprint = Footprint::of_pixel(scene.corners(hit.triangle), view, point, width);
+        let footprint = Footprint::of_pixel(hit.corners, view, point, width);
         let mut surface = Surface::new(scene, &primary(view, point), hit);
         surface.paint(scene.kd_over(hit.triangle, hit.u, hit.v, &footprint));
         self.paths.push(Path { sample, seed, hit: *hit, surface, throughput: Vec3::ONE, bounds: 0.0, bounce: None });
@@ -144,11 +144,9 @@ impl<'a> Tracer<'a> {
 
     /// Whether a point of the image lies on an edge as exactly as a rasteriser can tell.
     fn is_tied(&mut self, view: &View, point: Vec2, hit: &Hit) -> bool {
-        let scene = self.context.scene;
-        let side = |hit: &Hit| scene.geometric_normal(hit.triangle) * if hit.back { -1.0 } else { 1.0 };
         [Vec2::X, Vec2::Y, Vec2::NEG_X, Vec2::NEG_Y].into_iter().any(|offset| {
             self.closest(&primary(view, point + offset * SNAP)).is_none_or(|beside| {
-                (beside.t - hit.t).abs() > SILHOUETTE * hit.t || side(&beside).dot(side(hit)) < CREASE
+                (beside.t - hit.t).abs() > SILHOUETTE * hit.t || beside.facet().dot(hit.facet()) < CREASE
             })
         })
     }

@@ -3,7 +3,6 @@
 use crate::bsdf::{lobe, lobe_density, sample_diffuse, sample_lobe};
 use crate::geom::{Hit, Ray, offset};
 use crate::light::arrival::Arrival;
-use crate::math::triangle::unit_normal;
 use crate::scene::Scene;
 use glam::Vec3;
 use std::f32::consts::{FRAC_1_PI, PI};
@@ -55,8 +54,7 @@ pub struct Bounce {
 impl Surface {
     /// The surface before [`Self::paint`].
     pub fn new(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
-        let point = hit.position(scene, ray);
-        let facet = unit_normal(scene.corners(hit.triangle)) * if hit.back { -1.0 } else { 1.0 };
+        let (point, facet) = (hit.position(ray), hit.facet());
         let material = scene.material(hit.triangle);
         Self {
             point,

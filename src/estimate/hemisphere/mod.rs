@@ -7,6 +7,7 @@
 mod adaptive;
 mod cells;
 mod paper;
+mod radiance;
 mod sample;
 mod stratified;
 
@@ -14,6 +15,7 @@ use crate::math::hemisphere::{Density, Mixture};
 use crate::math::sequence::Sequence;
 use glam::Vec3;
 pub use paper::Thresholds;
+pub use radiance::Radiance;
 pub use sample::{Gathered, Sample};
 use std::ops::Range;
 
@@ -51,7 +53,7 @@ impl Method {
 /// Gathers the light above the horizon of any of the unit `normals` of a point.
 ///
 /// `rays` are indices into `sequence`. [`Method::Stratified`] traces exactly those; the others trace at most as many, and
-/// the range only decides which random numbers they use. `radiance` is called once a ray with the ray's index and unit
+/// the range only decides which random numbers they use. `radiance` is asked once a ray with the ray's index and unit
 /// direction. Of the point of that index, the first two coordinates may be spent here; the others, and those of the other
 /// sets, are free for what happens at the hit. `sink` takes the samples.
 ///
@@ -61,17 +63,18 @@ pub fn gather(
     normals: &[Vec3],
     rays: Range<u32>,
     sequence: &Sequence,
-    radiance: impl FnMut(u32, Vec3) -> Vec3,
+    mut radiance: impl Radiance,
     sink: impl FnMut(Sample),
 ) -> Gathered {
     if normals.is_empty() || rays.is_empty() {
         return Gathered::default();
     }
     let cosine = Mixture::new(normals, Density::Cosine);
+    let arriving = |index, direction| radiance.arriving(index, direction);
     match method {
         Method::Stratified => stratified::gather(&cosine, rays, sequence, radiance, sink),
-        Method::Adaptive => adaptive::gather(&cosine, rays, sequence, radiance, sink),
-        Method::Paper => gather_as_paper(&Thresholds::default(), normals, rays, sequence, radiance, sink),
+        Method::Adaptive => adaptive::gather(&cosine, rays, sequence, arriving, sink),
+        Method::Paper => gather_as_paper(&Thresholds::default(), normals, rays, sequence, arriving, sink),
     }
 }
 
