@@ -13,6 +13,7 @@ use crate::math::luminance;
 use glam::Vec3;
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 /// S of slots for one eye, as far as they show any.
 pub type SpecularTable = Sparse<SlotId, Specular>;
@@ -27,7 +28,7 @@ impl Cache {
     /// Takes in that the lights have changed: what was gathered is scaled, brought back or set aside. The slots'
     /// values are to be refreshed.
     pub fn relight_indirect(&mut self, before: Lighting, now: &Lighting) {
-        self.radiance.relight(before.common_ratio(now));
+        Arc::make_mut(&mut self.radiance).relight(before.common_ratio(now));
         self.indirect.previous.relight(&mut self.indirect.gathers, before, now);
     }
 

@@ -23,6 +23,7 @@ mod publisher;
 pub mod reflectances;
 mod relight;
 pub mod replay;
+mod rounds;
 pub mod scheduler;
 #[cfg(test)]
 mod testing;
