@@ -8,6 +8,7 @@ mod direct;
 mod enclosed;
 pub mod engine;
 pub mod error_model;
+mod gather;
 mod hidden_highlights;
 pub mod image_error;
 mod indirect;
