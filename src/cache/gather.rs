@@ -14,19 +14,40 @@ use crate::estimate::hemisphere::{self, Method, Radiance};
 use crate::estimate::light_vector::LightVector;
 use crate::estimate::surface::DiffusePoint;
 use crate::geom::{Hit, Ray};
-use crate::light::context::SceneContext;
+use crate::light::context::{SceneContext, ShadingPoint};
 use crate::math::combine;
 use crate::math::hemisphere::Density;
 use crate::math::sequence::Sequence;
 use glam::Vec3;
 use smallvec::SmallVec;
 use std::f32::consts::PI;
+use std::sync::Arc;
 
-/// A run of rays at a vertex.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct GatherJob {
+/// A vertex that gathers, as it was when it was asked to: the cache may change while its rays are traced.
+#[derive(Clone, Debug)]
+pub struct Site {
     /// The vertex.
     pub vertex: VertexId,
+    /// Where it lies.
+    pub shading_point: ShadingPoint,
+    /// Its slots with their unit normals.
+    pub normals: SmallVec<[(SlotId, Vec3); 4]>,
+}
+
+/// What paths read of the radiance that others found.
+#[derive(Clone, Debug)]
+pub struct Learnt {
+    /// The grid, which names the cells that paths teach.
+    pub grid: Arc<RadianceGrid>,
+    /// Whether it is read, too.
+    pub is_read: bool,
+}
+
+/// A run of rays at a vertex.
+#[derive(Clone, Debug)]
+pub struct GatherJob {
+    /// The vertex.
+    pub site: Site,
     /// Index of the first ray.
     pub first: u32,
     /// Number of rays.
@@ -52,29 +73,53 @@ pub struct Gathered {
 /// Name of the sequence of indirect light beside those of the lights.
 const INDIRECT: u32 = u32::MAX - 1;
 
+impl Cache {
+    /// A vertex as it is now.
+    #[must_use]
+    pub fn site(&self, vertex: VertexId) -> Site {
+        let normals = self.slots_of(vertex).map(|slot| (slot, self.slots[slot].normal)).collect();
+        Site { vertex, shading_point: self.vertices[vertex].shading_point(), normals }
+    }
+
+    /// Whether what a round has found is its vertex's light: that has not moved since, nor was it found covered before its
+    /// first round, if it is a midpoint, which then takes over what is known around.
+    fn is_of_use(&self, round: Round) -> bool {
+        let vertex = &self.vertices[round.vertex];
+        let is_base = vertex.first_slot.get().is_some_and(|slot| self.slots[slot].is_base());
+        let takes_over = vertex.progress.covered && !vertex.progress.enclosed && !is_base;
+        vertex.position == round.position && !(takes_over && self.indirect.rays(round.vertex) == 0)
+    }
+
+    /// What paths read.
+    #[must_use]
+    pub fn learnt(&self) -> Learnt {
+        Learnt { grid: Arc::clone(&self.radiance), is_read: !self.without.has(Piece::RadianceGrid) }
+    }
+}
+
 /// Does a job.
-pub fn gather(context: &SceneContext<'_>, cache: &Cache, job: GatherJob, out: &mut Gathered) {
-    let shading_point = cache.vertices[job.vertex].shading_point();
+pub fn gather(context: &SceneContext<'_>, learnt: &Learnt, job: &GatherJob, out: &mut Gathered) {
+    let Site { vertex, shading_point, normals: slots } = &job.site;
     let start = out.sums.len();
-    out.sums.extend(cache.slots_of(job.vertex).map(|slot| (slot, LightVector::default())));
-    let normals: SmallVec<[Vec3; 8]> = out.sums[start..].iter().map(|(slot, _)| cache.slots[*slot].normal).collect();
-    let sequence = context.sequence(&shading_point, INDIRECT);
+    out.sums.extend(slots.iter().map(|&(slot, _)| (slot, LightVector::default())));
+    let normals: SmallVec<[Vec3; 8]> = slots.iter().map(|&(_, normal)| normal).collect();
+    let sequence = context.sequence(shading_point, INDIRECT);
     let Gathered { sums, rays, deposits, .. } = out;
     let (origin, indices) = (shading_point.origin, job.first..job.first + job.rays);
-    let paths = Paths { context, cache, sequence: &sequence, origin, rays, deposits };
+    let paths = Paths { context, learnt, sequence: &sequence, origin, rays, deposits };
     hemisphere::gather(job.method, &normals, indices, &sequence, paths, |sample| {
         for ((_, sum), normal) in sums[start..].iter_mut().zip(&normals) {
             sum.push(*normal, &sample);
         }
     });
     let sums = (out.sums.len() - start) as u32;
-    out.rounds.push(Round { vertex: job.vertex, rays: job.rays, sums });
+    out.rounds.push(Round { vertex: *vertex, position: shading_point.position, rays: job.rays, sums });
 }
 
 /// The gather rays of a vertex.
 struct Paths<'a> {
     context: &'a SceneContext<'a>,
-    cache: &'a Cache,
+    learnt: &'a Learnt,
     sequence: &'a Sequence,
     /// Where they start.
     origin: Vec3,
@@ -84,9 +129,9 @@ struct Paths<'a> {
 
 impl<'a> Paths<'a> {
     fn path(&self, index: u32) -> Path<'a> {
-        let Self { context, cache, sequence, .. } = *self;
-        let unread = if cache.without.has(Piece::RadianceGrid) { u32::MAX } else { unread_hits(index) };
-        Path { context, grid: &cache.radiance, sequence, index, unread }
+        let Self { context, learnt, sequence, .. } = *self;
+        let unread = if learnt.is_read { unread_hits(index) } else { u32::MAX };
+        Path { context, grid: &learnt.grid, sequence, index, unread }
     }
 
     fn ray(&self, direction: Vec3) -> Ray {
@@ -277,13 +322,57 @@ impl Cache {
 
 /// Writes results into the cache, in order (the engine alone, phase "apply").
 pub fn apply(cache: &mut Cache, gathered: &Gathered) {
-    cache.radiance.add(&gathered.deposits);
+    Arc::make_mut(&mut cache.radiance).add(&gathered.deposits);
     let mut start = 0;
     for &round in &gathered.rounds {
         let end = start + round.sums as usize;
-        let sums = &gathered.sums[start..end];
-        cache.indirect.add(round, sums);
-        cache.note_expected(round.vertex, sums);
+        if cache.is_of_use(round) {
+            let sums = &gathered.sums[start..end];
+            cache.indirect.add(round, sums);
+            cache.note_expected(round.vertex, sums);
+        }
         start = end;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::square;
+    use super::*;
+
+    /// Vertices go on while their rays are on the way.
+    #[test]
+    fn what_is_not_a_vertex_s_light_any_more_is_dropped() {
+        let mut square = square();
+        let middle = square.split(square.roots[0]).middles[2];
+        let vertex = square.cache.slots[middle].vertex;
+        let round = |cache: &Cache| {
+            let position = cache.vertices[vertex].position;
+            let sums = vec![(middle, LightVector::default())];
+            Gathered { rounds: vec![Round { vertex, position, rays: 16, sums: 1 }], sums, ..Gathered::default() }
+        };
+        let found = round(&square.cache);
+        square.cache.vertices[vertex].progress.covered = true;
+        apply(&mut square.cache, &found);
+        assert_eq!(square.cache.indirect.rays(vertex), 0, "a covered midpoint takes over what is around");
+        square.cache.vertices[vertex].progress.enclosed = true;
+        apply(&mut square.cache, &found);
+        assert_eq!(square.cache.indirect.rays(vertex), 16, "one that saw no light goes on looking");
+        square.cache.vertices[vertex].position += Vec3::X;
+        apply(&mut square.cache, &found);
+        assert_eq!(square.cache.indirect.rays(vertex), 16, "it has moved");
+    }
+
+    #[test]
+    fn a_covered_base_vertex_keeps_what_it_finds() {
+        let mut square = square();
+        let corner = square.cache.topology.nodes[square.roots[0]].corners[0];
+        let vertex = square.cache.slots[corner].vertex;
+        square.cache.vertices[vertex].progress.covered = true;
+        let position = square.cache.vertices[vertex].position;
+        let rounds = vec![Round { vertex, position, rays: 16, sums: 1 }];
+        let sums = vec![(corner, LightVector::default())];
+        apply(&mut square.cache, &Gathered { rounds, sums, ..Gathered::default() });
+        assert_eq!(square.cache.indirect.rays(vertex), 16);
     }
 }

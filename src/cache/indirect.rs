@@ -13,6 +13,7 @@ use crate::math::luminance;
 use glam::Vec3;
 use std::collections::BTreeMap;
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 /// S of slots for one eye, as far as they show any.
 pub type SpecularTable = Sparse<SlotId, Specular>;
@@ -28,7 +29,7 @@ impl Cache {
     /// values are to be refreshed.
     pub fn relight_indirect(&mut self, before: Lighting, now: &Lighting) {
         let common = before.common_ratio(now);
-        self.radiance.relight(common);
+        Arc::make_mut(&mut self.radiance).relight(common);
         self.expected.relight(common);
         self.indirect.previous.relight(&mut self.indirect.gathers, before, now);
     }

@@ -3,6 +3,7 @@
 use super::ids::{SlotId, VertexId};
 use super::previous_lighting::{Gathers, PreviousLighting};
 use crate::estimate::light_vector::LightVector;
+use glam::Vec3;
 
 /// Light vectors, sparse over vertices and slots.
 #[derive(Clone, Debug, Default)]
@@ -23,6 +24,8 @@ pub struct IndirectLayer {
 pub struct Round {
     /// The vertex.
     pub vertex: VertexId,
+    /// Where it lay, scene units.
+    pub position: Vec3,
     /// How many rays.
     pub rays: u32,
     /// How many entries of the results' sums belong to it.

@@ -23,6 +23,7 @@ use crate::scene::{FaceId, Scene};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
+use std::sync::Arc;
 
 /// Everything that the engine thread owns of the light in a scene.
 #[derive(Default)]
@@ -48,7 +49,7 @@ pub struct Cache {
     /// How sure points in the lights' penumbrae are.
     pub(super) penumbrae: Penumbrae,
     /// What gather rays find at their hits.
-    pub(super) radiance: RadianceGrid,
+    pub(super) radiance: Arc<RadianceGrid>,
     /// The order of base vertices in coarse levels.
     pub(super) coarse: CoarseGrids,
     /// Base vertices by name.
@@ -66,7 +67,8 @@ impl Cache {
     #[must_use]
     pub fn new(scene: &Scene, groups: usize) -> Self {
         let scale = scene.scale();
-        let radiance = RadianceGrid::new(scene.bounds().map_or(Vec3::ZERO, |(low, _)| low), scene.diagonal());
+        let low = scene.bounds().map_or(Vec3::ZERO, |(low, _)| low);
+        let radiance = Arc::new(RadianceGrid::new(low, scene.diagonal()));
         let prior = VisibilityPrior::new(groups, scale);
         let (penumbrae, expected) = (Penumbrae::new(groups), IrradiancePrior::new(scale));
         Self { layers: vec![Layer::default(); groups], expected, prior, penumbrae, radiance, scale, ..Self::default() }

@@ -84,7 +84,9 @@ impl Rooted {
 
     /// Has the vertex of a slot gather rays that find these diffuse luminances.
     pub fn gather(&mut self, slot: SlotId, found: &[f32]) {
-        let round = Round { vertex: self.cache.slots[slot].vertex, rays: found.len() as u32, sums: 1 };
+        let vertex = self.cache.slots[slot].vertex;
+        let position = self.cache.vertices[vertex].position;
+        let round = Round { vertex, position, rays: found.len() as u32, sums: 1 };
         let sum = gathered(self.cache.slots[slot].normal, found);
         self.cache.indirect.add(round, &[(slot, sum)]);
     }

@@ -61,7 +61,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let by = making.make(&mut session, &pictures)?;
     making.watch.progress.finish();
     let totals = session.totals();
-    summary.cpu.threads = thread_times();
+    summary.cpu.threads = thread_times(totals.engine.own_job_seconds);
     let renderer = session.into_renderer();
     summary.times.bvh = bvh_seconds.get().copied();
     finish(args, summary, renderer.device(), &Ended { by, totals, start })?;

@@ -129,6 +129,13 @@ impl Lights {
         self.factors[source]
     }
 
+    /// Whether sources count times `factors`, as in [`Self::set_factors`].
+    #[must_use]
+    pub fn have_factors(&self, factors: &[Vec3]) -> bool {
+        let given = factors.iter().copied().chain(std::iter::repeat(Vec3::ONE));
+        self.factors.iter().zip(given).all(|(factor, given)| *factor == given)
+    }
+
     /// Changes what sources count times, in the order of [`Self::sources`]; those that `factors` lacks count once. Returns the
     /// groups whose sources changed against each other: sums over their points mix them as they were.
     pub fn set_factors(&mut self, factors: &[Vec3]) -> Vec<usize> {

@@ -94,9 +94,9 @@ pub struct CpuTimes {
 /// CPU seconds of threads by what they do, as long as there is an engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ThreadTimes {
-    /// Threads that trace rays.
+    /// Jobs that the engine hands out: rays traced, leaves judged; on the threads that do nothing else, and on its own.
     pub tracing: f64,
-    /// The engine's own thread.
+    /// The engine's own thread, but for its share of those.
     pub engine: f64,
     /// The thread that loads the scene and drives the renderer, and its pool, which builds a part of the ray hierarchy.
     pub main: f64,

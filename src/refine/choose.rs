@@ -49,7 +49,7 @@ impl Engine {
                 continue;
             }
             let Some((task, queued)) = self.scheduler.pop() else { break };
-            if self.catch_up(task) {
+            if self.awaits_rounds(task) || self.catch_up(task) {
                 continue;
             }
             let Some(key) = self.current_key(task) else { continue };

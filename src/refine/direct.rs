@@ -15,6 +15,10 @@ use rustc_hash::FxHashSet;
 
 /// Rounds in which contradicted inferences are traced.
 const CONFIRM_ROUNDS: usize = 64;
+/// Visits, leaves looked at for contradictions, and slots evaluated that take some ten microseconds.
+const FEW_JOBS: usize = 4;
+const FEW_NODES: usize = 128;
+const FEW_SLOTS: usize = 16;
 
 impl Engine {
     /// Splits leaves and puts pixel vertices into others; lists the vertices to visit.
@@ -101,7 +105,7 @@ impl Engine {
     /// Traces jobs on all workers, then writes their results in order.
     fn run(&mut self, jobs: &[Job]) {
         let (context, cache) = (self.context(), &self.cache);
-        let results = self.workers.map_chunks(jobs, |chunk| {
+        let results = self.workers.map_chunks(jobs, FEW_JOBS, |chunk| {
             let mut results = direct::Results::default();
             chunk.iter().for_each(|&job| direct::visit(&context, cache, job, &mut results));
             results
@@ -153,7 +157,7 @@ impl Engine {
             found
         };
         let mut taken = FxHashSet::default();
-        let found = self.workers.map_chunks(nodes, of_chunk).into_iter().flatten();
+        let found = self.workers.map_chunks(nodes, FEW_NODES, of_chunk).into_iter().flatten();
         let first = found.filter(|&open| taken.insert(open));
         first.map(|(vertex, light)| Job { vertex, wanted: Wanted::Confirm { light } }).collect()
     }
@@ -191,7 +195,7 @@ impl Engine {
     /// Computes D and S of slots on all workers; the slots are then due to be sent.
     pub(super) fn evaluate(&mut self, slots: &[SlotId]) {
         let (context, cache, eye) = (self.context(), &self.cache, self.view.eye);
-        let values = self.workers.map_chunks(slots, |chunk| {
+        let values = self.workers.map_chunks(slots, FEW_SLOTS, |chunk| {
             chunk.iter().map(|&slot| luminance::shown(&context, cache, slot, eye)).collect::<Vec<_>>()
         });
         for (&slot, shown) in slots.iter().zip(values.into_iter().flatten()) {

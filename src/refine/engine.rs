@@ -1,7 +1,7 @@
 //! The engine: owns the cache, and turns rays into light where the image needs it most. A step reads *choose → trace
 //! → apply → judge → publish*: tasks are chosen by what they are worth, all workers trace, sharing the cache
 //! read-only, the engine alone applies the results in job order, keys around what changed are judged anew, and what
-//! changed is published to the GPU.
+//! changed is published to the GPU. Indirect light is traced beside all that, and applied one batch later ([`super::gather`]).
 
 use super::error_model::ErrorModel;
 use super::image_error::ImageError;
@@ -10,12 +10,13 @@ use super::options::{Options, Piece};
 use super::pixel_checks::PixelChecks;
 use super::pixel_lists::FaceImage;
 use super::predictions::Predictions;
-use super::publisher::Publisher;
+use super::publisher::{Publisher, value};
 use super::reflectances::Reflectances;
+use super::rounds::Rounds;
 use super::scheduler::Scheduler;
 use super::update::{DrawnPixels, EngineStats, Update};
 use super::view::ViewState;
-use super::workers::{Workers, thread_nanoseconds};
+use super::workers::{Workers, job_nanoseconds, thread_nanoseconds};
 use crate::cache::ids::{NodeId, VertexId};
 use crate::cache::store::Cache;
 use crate::cache::weld::Weld;
@@ -65,7 +66,7 @@ pub struct Counted {
 pub struct Engine {
     pub(super) scene: Arc<Scene>,
     pub(super) bvh: Arc<Bvh>,
-    pub(super) lights: Lights,
+    pub(super) lights: Arc<Lights>,
     pub(super) weld: Weld,
     pub(super) scale: f32,
     pub(super) reflectances: Reflectances,
@@ -88,9 +89,29 @@ pub struct Engine {
     pub(super) waiting: Vec<NodeId>,
     /// Roots of faces that left the view and are still to be taken out of it.
     pub(super) leaving: Vec<NodeId>,
+    /// Indirect light that is being gathered.
+    pub(super) rounds: Option<Rounds>,
     pub(super) stats: EngineStats,
-    /// Clock of the engine's own thread when it was made, nanoseconds.
-    born: u64,
+    /// Clocks of the engine's own thread when it was made.
+    born: OwnClock,
+}
+
+/// Clocks of a thread, nanoseconds of CPU time.
+#[derive(Clone, Copy)]
+struct OwnClock {
+    all: u64,
+    /// In jobs, which it shares with other threads.
+    jobs: u64,
+}
+
+impl OwnClock {
+    fn now() -> Self {
+        Self { all: thread_nanoseconds(), jobs: job_nanoseconds() }
+    }
+
+    const fn outside_jobs(self) -> u64 {
+        self.all - self.jobs
+    }
 }
 
 /// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until
@@ -128,10 +149,11 @@ impl Engine {
             waiting: Vec::new(),
             leaving: Vec::new(),
             stats: EngineStats::default(),
-            born: thread_nanoseconds(),
+            rounds: None,
+            born: OwnClock::now(),
             bvh: Arc::new(Bvh::build(&Scene::default())),
             scene,
-            lights,
+            lights: Arc::new(lights),
             options,
             workers,
         }
@@ -151,16 +173,16 @@ impl Engine {
             }
             let work = self.choose();
             if work.is_empty() {
-                if self.bring_all_up_to_date() || self.lower_tolerance() {
+                if self.finish_gathering() || self.bring_all_up_to_date() || self.lower_tolerance() {
                     continue;
                 }
                 break;
             }
             let grown = self.grow(&work);
+            let gathered = self.gather(&work);
             let lit = self.light(&work, grown);
             self.judge(&lit);
-            let gathered = self.gather(&work);
-            self.judge_indirect(&gathered);
+            self.show_gathered(&gathered);
             self.end_rung(&work);
             let is_spent = match budget {
                 Budget::Time(time) => start.elapsed() >= time,
@@ -178,6 +200,7 @@ impl Engine {
 
     /// Brings up to date what waits to be shown: predictions. Returns what changed since the last update.
     pub fn settle(&mut self) -> Update {
+        self.finish_gathering();
         if self.is_complete() && self.options.indirect {
             self.refresh_waiting_predictions();
         }
@@ -190,7 +213,10 @@ impl Engine {
     /// of the ladder of tolerances only.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.scheduler.is_empty() && self.tolerance <= self.options.tolerance && self.is_up_to_date()
+        self.scheduler.is_empty()
+            && self.rounds.is_none()
+            && self.tolerance <= self.options.tolerance
+            && self.is_up_to_date()
     }
 
     /// Whether every visible vertex has been visited.
@@ -244,7 +270,8 @@ impl Engine {
         if self.is_complete() {
             self.enqueue_vertices(&slots);
         }
-        self.publisher.add_values(&self.cache, &self.view, &mut update, &slots);
+        let values = self.workers.map(&slots, |slot| (slot, value(&self.cache, &self.view, slot)));
+        self.publisher.add_values(&self.cache, &mut update, values);
         // Checked after each of a few updates, then after ever more of them: all checks together take time linear in the cache.
         if cfg!(debug_assertions) && (is_sparse(update.sequence) || self.is_idle()) {
             self.cache.validate();
@@ -255,9 +282,10 @@ impl Engine {
 
     /// Totals up to now.
     pub(super) fn current_stats(&mut self) -> EngineStats {
-        // The engine's own thread waits while its workers trace.
-        let own = thread_nanoseconds().saturating_sub(self.born) as f64 * 1e-9;
-        self.stats.cpu_seconds = self.workers.cpu_seconds() + own;
+        let now = OwnClock::now();
+        self.stats.own_job_seconds = now.jobs.saturating_sub(self.born.jobs) as f64 * 1e-9;
+        self.stats.cpu_seconds =
+            self.workers.cpu_seconds() + now.outside_jobs().saturating_sub(self.born.outside_jobs()) as f64 * 1e-9;
         self.stats.triangles = (self.cache.drawn.triangles.live() - self.publisher.retired()) as u64;
         let tables = self.view.bytes() + self.scheduler.bytes() + self.publisher.bytes();
         self.stats.cache_bytes = (self.cache.bytes() + tables) as u64;

@@ -9,6 +9,8 @@ use glam::Vec3;
 
 /// Luminance against the image's mean, or what the leaf shows, below which a highlight is not looked for.
 const FLOOR: f32 = 0.02;
+/// Leaves that are looked at in some ten microseconds.
+const FEW: usize = 8;
 
 /// A highlight that a leaf's corners do not show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -28,9 +30,9 @@ impl Engine {
         }
         let glossy: Vec<NodeId> = nodes.iter().copied().filter(|&node| self.shows_highlights(node)).collect();
         let engine = &*self;
-        let found = self
-            .workers
-            .map_chunks(&glossy, |chunk| chunk.iter().map(|&node| engine.hidden_highlight(node)).collect::<Vec<_>>());
+        let found = self.workers.map_chunks(&glossy, FEW, |chunk| {
+            chunk.iter().map(|&node| engine.hidden_highlight(node)).collect::<Vec<_>>()
+        });
         for (node, hidden) in glossy.into_iter().zip(found.into_iter().flatten()) {
             let leaf = &mut self.view.leaves[node];
             (leaf.highlight, leaf.highlight_share) = (hidden.surplus, hidden.share);

@@ -1,42 +1,17 @@
-//! Indirect light in a batch: vertices gather, the indirect layer is refined, and what depends on them is brought up
-//! to date.
+//! Indirect light in a batch: what depends on what vertices have gathered, and on the view, is brought up to date.
 
 use super::engine::Engine;
 use super::error_model::CHILD;
 use super::scheduler::Task;
 use super::view::IndirectLeafView;
-use super::work::{GatheredLight, Work};
-use crate::cache::gather::{self, GatherJob, Gathered};
+use super::work::GatheredLight;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::slot::SlotLight;
-use crate::estimate::hemisphere::Method;
-
-/// Rays of a job: enough to be worth handing out, few enough to share a vertex's round among threads.
-const RAYS_A_JOB: u32 = 128;
 
 impl Engine {
-    /// Traces a batch's rounds of indirect light, and shows what they found.
-    pub(super) fn gather(&mut self, work: &Work) -> GatheredLight {
-        if work.gathers.is_empty() && work.refined.is_empty() {
-            return GatheredLight::default();
-        }
-        let jobs = self.gather_jobs(work);
-        let mut vertices: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
-        vertices.dedup();
-        self.trace_rounds(&jobs);
-        work.refined.iter().for_each(|&node| self.mark_refined(node));
-        let slots = self.slots_of_all(&vertices);
-        self.refresh_indirect(&slots);
-        work.refined.iter().for_each(|&node| self.divide(node));
-        GatheredLight { vertices, refined: work.refined.clone() }
-    }
-
     /// Measures surpluses again where they depend on indirect light that has changed, and queues what is left to do
     /// around it.
     pub(super) fn judge_indirect(&mut self, GatheredLight { vertices, refined }: &GatheredLight) {
-        if vertices.is_empty() && refined.is_empty() {
-            return;
-        }
         let slots = self.slots_of_all(vertices);
         let mut vertices = vertices.clone();
         let mut leaves: Vec<NodeId> = refined.iter().flat_map(|&node| self.cache.topology.children(node)).collect();
@@ -179,73 +154,6 @@ impl Engine {
         self.publisher.note_changed(&written);
     }
 
-    /// The rounds of a batch, cut into jobs.
-    fn gather_jobs(&self, work: &Work) -> Vec<GatherJob> {
-        let mut rounds: Vec<(VertexId, u32)> = Vec::new();
-        for &vertex in &work.gathers {
-            let so_far = self.cache.indirect.rays(vertex);
-            let first = || self.cache.indirect.first_rays(vertex, self.error_model().first_rays_at(vertex));
-            rounds.push((vertex, if so_far == 0 { first() } else { so_far }));
-        }
-        for &node in &work.refined {
-            let first = self.error_model().first_rays(node);
-            for edge in self.cache.topology.nodes[node].edges {
-                let Some(vertex) = self.cache.topology.midpoint(edge) else { continue };
-                // What a covered one would find is not its surface's light: it takes over what is known around.
-                let covered = self.cache.vertices[vertex].progress.covered;
-                if !covered && self.cache.indirect.rays(vertex) == 0 {
-                    rounds.push((vertex, first));
-                }
-            }
-        }
-        rounds.sort_by_key(|&(vertex, _)| vertex);
-        rounds.dedup_by_key(|&mut (vertex, _)| vertex);
-        let method = self.options.hemisphere;
-        let most = if method == Method::Stratified { RAYS_A_JOB } else { u32::MAX };
-        let mut jobs = Vec::with_capacity(rounds.len());
-        for (vertex, rays) in rounds {
-            let start = self.cache.indirect.rays(vertex);
-            let cuts = (0..rays).step_by(most as usize);
-            jobs.extend(cuts.map(|at| GatherJob { vertex, first: start + at, rays: most.min(rays - at), method }));
-        }
-        jobs
-    }
-
-    /// Traces jobs on all workers, then writes their results in order.
-    fn trace_rounds(&mut self, jobs: &[GatherJob]) {
-        let (context, cache) = (self.context(), &self.cache);
-        let results = self.workers.map_chunks(jobs, |chunk| {
-            let mut gathered = Gathered::default();
-            chunk.iter().for_each(|&job| gather::gather(&context, cache, job, &mut gathered));
-            gathered
-        });
-        for gathered in &results {
-            gather::apply(&mut self.cache, gathered);
-            self.stats.rays += gathered.rays;
-        }
-    }
-
-    /// Makes a leaf a split node of the indirect layer.
-    fn mark_refined(&mut self, id: NodeId) {
-        let unmeasured = self.error_model().unmeasured(id);
-        let node = &mut self.cache.topology.nodes[id];
-        let expected = if node.indirect.doubt.is_finite() { node.indirect.doubt } else { unmeasured };
-        node.indirect_split = true;
-        for vertex in node.edges.map(|edge| self.cache.topology.midpoint(edge)).into_iter().flatten() {
-            self.cache.indirect.note_expected(vertex, expected);
-        }
-    }
-
-    /// Hands a refined leaf's pixels over to its children.
-    fn divide(&mut self, id: NodeId) {
-        self.set_importance(id, 0.0);
-        self.image.replace_indirect(&mut self.view.indirect[id].accounted, 0.0);
-        for child in self.cache.topology.children(id) {
-            self.view.indirect[child].pixels = self.view.pixels_below(&self.cache, child);
-            self.update_importance(child);
-        }
-    }
-
     /// Measures a node's surplus, and tells its children that are leaves; returns those.
     fn measure_indirect(&mut self, parent: NodeId) -> Vec<NodeId> {
         let Some(middles) = self.cache.topology.middles(parent) else { return Vec::new() };
@@ -282,12 +190,12 @@ impl Engine {
 
     /// Brings up to date what a leaf's noise adds to its corners' importance. Linear interpolation shows a sixth of
     /// the variance at each corner.
-    fn update_importance(&mut self, id: NodeId) {
+    pub(super) fn update_importance(&mut self, id: NodeId) {
         let share = self.view.indirect[id].pixels * self.error_model().gain(id) / 6.0;
         self.set_importance(id, share);
     }
 
-    fn set_importance(&mut self, id: NodeId, share: f32) {
+    pub(super) fn set_importance(&mut self, id: NodeId, share: f32) {
         let before = std::mem::replace(&mut self.view.indirect[id].importance, share);
         for vertex in self.cache.corner_vertices(id) {
             let importance = &mut self.view.vertices[vertex].importance;

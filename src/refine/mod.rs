@@ -8,6 +8,7 @@ mod direct;
 mod enclosed;
 pub mod engine;
 pub mod error_model;
+mod gather;
 mod hidden_highlights;
 pub mod image_error;
 mod indirect;
@@ -23,6 +24,7 @@ mod publisher;
 pub mod reflectances;
 mod relight;
 pub mod replay;
+mod rounds;
 pub mod scheduler;
 #[cfg(test)]
 mod testing;

@@ -131,8 +131,8 @@ impl Publisher {
     }
 
     /// Adds the values of slots, and patches of the triangles that these alone have changed, in view or not.
-    pub fn add_values(&mut self, cache: &Cache, view: &ViewState, update: &mut Update, slots: &[SlotId]) {
-        for drawn in slots.iter().flat_map(|&slot| cache.drawn.with_slot(slot)) {
+    pub fn add_values(&mut self, cache: &Cache, update: &mut Update, values: Vec<(SlotId, Slot)>) {
+        for drawn in values.iter().flat_map(|&(slot, _)| cache.drawn.with_slot(slot)) {
             let node = cache.drawn.triangles[drawn].node;
             let sequence = self.sequence as u32;
             let is_listed = std::mem::replace(&mut self.listed[drawn], sequence) == sequence;
@@ -143,7 +143,7 @@ impl Publisher {
                 update.patches.push(Patch { face, old: i..i + 1, new: i..i + 1 });
             }
         }
-        update.slots = values(cache, view, slots);
+        update.slots = values;
     }
 
     /// Gives back the triangles that update `sequence` or an earlier one has replaced on the GPU.
@@ -164,15 +164,11 @@ fn list(cache: &Cache, update: &mut Update, node: NodeId) {
     }
 }
 
-/// Slots with what they show.
-fn values(cache: &Cache, view: &ViewState, slots: &[SlotId]) -> Vec<(SlotId, Slot)> {
-    slots.iter().map(|&slot| (slot, value(cache, view, slot))).collect()
-}
-
 /// Weight of a slot whose direct light is a guess: it counts for nothing beside any that is known.
 const GUESSED_WEIGHT: f32 = COVERED_WEIGHT;
 
-fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
+/// What a slot shows.
+pub fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
     let record = &cache.slots[slot];
     let weight = match record.direct {
         Luminance { known: true, .. } => cache.weight(slot),
@@ -205,7 +201,8 @@ mod tests {
     fn next(square: &mut Judged, publisher: &mut Publisher, mesh: &mut HostMesh) -> Update {
         let (mut update, _) = publisher.redraw(&mut square.rooted.cache, &square.view);
         let slots = publisher.take_changed();
-        publisher.add_values(&square.cache, &square.view, &mut update, &slots);
+        let values = slots.iter().map(|&slot| (slot, value(&square.cache, &square.view, slot))).collect();
+        publisher.add_values(&square.cache, &mut update, values);
         mesh.apply(&update).expect("an update that fits the mesh");
         update
     }

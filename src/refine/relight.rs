@@ -8,6 +8,7 @@ use crate::cache::ids::SlotId;
 use crate::cache::reweight::reweight;
 use crate::light::context::SceneContext;
 use glam::Vec3;
+use std::sync::Arc;
 
 impl Engine {
     /// Changes what the lights emit to `factors` times what the scene says, in the order of its lights, and takes a
@@ -21,7 +22,7 @@ impl Engine {
     pub fn relight(&mut self, factors: &[Vec3], visible: &Visible) -> Update {
         let spent = self.current_stats().cpu_seconds;
         let before = self.lights.lighting();
-        let mixed = self.lights.set_factors(factors);
+        let mixed = self.set_factors(factors);
         let now = self.lights.lighting();
         if before != now {
             let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
@@ -44,6 +45,16 @@ impl Engine {
         self.stats.view_cpu_seconds = update.stats.cpu_seconds - spent;
         update.stats = self.stats;
         update
+    }
+
+    /// Sets what sources count times, if that changes; returns the light groups whose sources changed against each other.
+    fn set_factors(&mut self, factors: &[Vec3]) -> Vec<usize> {
+        if self.lights.have_factors(factors) {
+            return Vec::new();
+        }
+        // What is on its way was gathered in the light before.
+        self.finish_gathering();
+        Arc::make_mut(&mut self.lights).set_factors(factors)
     }
 
     /// Queues everything in view anew.

@@ -3,6 +3,7 @@
 use super::engine::{Budget, Counted, Engine, Visible};
 use super::nice::lower_priority;
 use super::update::Update;
+use super::workers::Workers;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
 use glam::Vec3;
 use std::sync::Arc;
@@ -34,6 +35,15 @@ pub enum Pace {
     Stepped,
 }
 
+/// Threads of an engine.
+#[derive(Clone, Copy, Debug)]
+pub struct Crew {
+    /// How many, its own included.
+    pub threads: usize,
+    /// Whether they work beside frames that somebody waits for: at low priority, then.
+    pub beside_frames: bool,
+}
+
 /// Updates that may wait to be taken: a frame loop that falls further behind makes the engine wait.
 const WAITING: usize = 64;
 
@@ -48,27 +58,32 @@ pub struct EngineThread {
 }
 
 impl EngineThread {
-    /// Starts the thread, at low priority if it works beside frames that somebody waits for; `build` makes the engine
-    /// there, so that its tables do not delay the caller, and `complete` gives it what it still waits for, after the faces of the
-    /// first view are created.
+    /// Starts the thread, which is one of the crew's; `build` makes the engine there with its workers, so that its tables do not
+    /// delay the caller, and `complete` gives it what it still waits for, after the faces of the first view are created.
     ///
     /// # Errors
-    /// If the system gives no thread.
+    /// If the system gives no threads.
     pub fn spawn(
         pace: Pace,
-        beside_frames: bool,
-        build: impl FnOnce() -> Engine + Send + 'static,
+        Crew { threads, beside_frames }: Crew,
+        build: impl FnOnce(Workers) -> Engine + Send + 'static,
         complete: impl FnOnce(&mut Engine) + Send + 'static,
     ) -> std::io::Result<Self> {
         let (commands, inbox) = unbounded();
         let (outbox, updates) = bounded(WAITING);
         let made = Arc::new(AtomicBool::new(false));
         let is_made = Arc::clone(&made);
+        let (tell, told) = bounded(1);
         let thread = std::thread::Builder::new().name("penombre-engine".to_owned()).spawn(move || {
             if beside_frames {
                 lower_priority();
             }
-            let mut engine = build();
+            let workers = Workers::with_this_thread(threads, beside_frames).map_err(std::io::Error::other);
+            let (workers, fault) = workers.map_or_else(|fault| (None, Some(fault)), |workers| (Some(workers), None));
+            // Fails if nobody waits for it.
+            let _ = tell.send(fault);
+            let Some(workers) = workers else { return };
+            let mut engine = build(workers);
             let Ok(first) = inbox.recv() else { return };
             if let Command::View(visible) | Command::Relight(_, visible) = &first {
                 engine.create_faces(visible);
@@ -77,6 +92,9 @@ impl EngineThread {
             is_made.store(true, Ordering::Release);
             run(&mut engine, pace, first, (&inbox, &outbox));
         })?;
+        if let Ok(Some(fault)) = told.recv() {
+            return Err(fault);
+        }
         Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread), made })
     }
 

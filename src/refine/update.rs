@@ -85,6 +85,8 @@ pub struct EngineStats {
     pub cache_bytes: u64,
     /// CPU time of the engine and its workers, seconds.
     pub cpu_seconds: f64,
+    /// The part of it that the engine's own thread spent on jobs that it shares with other threads, seconds.
+    pub own_job_seconds: f64,
     /// The part of it that taking in the present view took, seconds.
     pub view_cpu_seconds: f64,
     /// Estimated relative error of the image; `None` while nothing can be said.

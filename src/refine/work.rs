@@ -88,7 +88,7 @@ pub struct Lit {
 /// Indirect light that has changed.
 #[derive(Debug, Default)]
 pub struct GatheredLight {
-    /// Vertices that have gathered.
+    /// Vertices that have gathered, in ascending order.
     pub vertices: Vec<VertexId>,
     /// Leaves of the indirect layer that were refined.
     pub refined: Vec<NodeId>,

@@ -8,7 +8,7 @@ use crate::geom::bvh::Bvh;
 use crate::geom::tree::{Primitives, Tree};
 use crate::pass::Renderer;
 use crate::refine::engine::Engine;
-use crate::refine::thread::{EngineThread, Pace as ThreadPace};
+use crate::refine::thread::{Crew, EngineThread, Pace as ThreadPace};
 use crate::refine::workers::Workers;
 use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, repeats};
@@ -147,16 +147,16 @@ fn engine_thread(
     frames: Frames,
 ) -> Result<EngineThread> {
     let beside_frames = options.pace == Pace::Free && frames != Frames::Seldom;
-    let workers = workers(options, beside_frames)?;
+    let crew = Crew { threads: thread_count(options.threads), beside_frames };
     let pace = match options.pace {
         Pace::Free if beside_frames => ThreadPace::Free(BATCH),
         Pace::Free => ThreadPace::Free(BATCH_OF_SELDOM_FRAMES),
         Pace::Fixed(_) => ThreadPace::Stepped,
     };
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
-    let build = move || Engine::without_hierarchy(scene, workers, options);
+    let build = move |workers| Engine::without_hierarchy(scene, workers, options);
     let complete = move |engine: &mut Engine| engine.take_hierarchy(hierarchy);
-    EngineThread::spawn(pace, beside_frames, build, complete).map_err(|e| no_threads(&e))
+    EngineThread::spawn(pace, crew, build, complete).map_err(|e| no_threads(&e))
 }
 
 /// An engine that runs in the caller's thread; the pace is the session's.
@@ -164,13 +164,9 @@ fn engine_thread(
 /// # Errors
 /// [`Error::Exhausted`] if the system gives no threads.
 pub fn owned_engine(scene: &Arc<Scene>, bvh: &Arc<Bvh>, options: &Options) -> Result<LightEngine> {
-    let workers = workers(options, false)?;
+    let workers = Workers::new(thread_count(options.threads), false).map_err(|e| no_threads(&e))?;
     let engine = Engine::new(Arc::clone(scene), Arc::clone(bvh), workers, options.engine_options(scene));
     Ok(LightEngine::owned(engine))
-}
-
-fn workers(options: &Options, beside_frames: bool) -> Result<Workers> {
-    Workers::new(thread_count(options.threads), beside_frames).map_err(|e| no_threads(&e))
 }
 
 fn no_threads(fault: &dyn std::fmt::Display) -> Error {

@@ -8,11 +8,17 @@ use crate::system::{self, ThreadTime};
 const TRACING: &str = "penombre-trace";
 const ENGINE: &str = "penombre-engine";
 
-/// CPU time of this process by what its threads do; `None` where the system does not tell. Engines are to be alive, still.
+/// CPU time of this process by what its threads do; `None` where the system does not tell. Engines are to be alive, still. The
+/// engine's own thread takes part in tracing: `own_job_seconds` of its time.
 #[must_use]
-pub fn thread_times() -> Option<ThreadTimes> {
+pub fn thread_times(own_job_seconds: f64) -> Option<ThreadTimes> {
     let living = system::threads()?;
-    Some(sorted(&living, system::cpu_seconds()?))
+    Some(with_own_jobs(sorted(&living, system::cpu_seconds()?), own_job_seconds))
+}
+
+/// Counts the jobs of the engine's own thread as what they are.
+fn with_own_jobs(times: ThreadTimes, seconds: f64) -> ThreadTimes {
+    ThreadTimes { tracing: times.tracing + seconds, engine: times.engine - seconds, ..times }
 }
 
 /// Sorts the time of living threads by their names; what is left of the `whole` are threads that have ended.
@@ -52,6 +58,7 @@ mod tests {
         let times = ThreadTimes { tracing: 48.0, engine: 8.0, main: 3.0, rasteriser: 192.0, ended: 4.0 };
         assert_eq!(sorted(&living, 255.0), times);
         assert_eq!(sorted(&living, 250.0).ended, 0.0, "clocks are read one after the other");
+        assert_eq!(with_own_jobs(times, 5.0), ThreadTimes { tracing: 53.0, engine: 3.0, ..times });
     }
 
     #[cfg(target_os = "linux")]
@@ -61,8 +68,8 @@ mod tests {
         let workers = Workers::new(1, false).expect("threads");
         let items = vec![0_u64; 1000];
         let busy = |&item: &u64| (0..20_000).fold(item, |sum, i| sum.wrapping_mul(31).wrapping_add(i));
-        workers.map_chunks(&items, |chunk| chunk.iter().map(busy).fold(0, u64::wrapping_add));
-        let times = thread_times().expect("times");
+        workers.map_chunks(&items, 1, |chunk| chunk.iter().map(busy).fold(0, u64::wrapping_add));
+        let times = thread_times(0.0).expect("times");
         assert!(times.tracing >= 0.5 * workers.cpu_seconds() && times.tracing > 0.0, "{times:?}");
     }
 }

@@ -208,7 +208,8 @@ fn rounds_are_unbiased() {
                 let context = SceneContext::new(&scene, &bvh, &lights, seed, scene.scale());
                 let mut out = Gathered::default();
                 let vertex = cache.slots[slot].vertex;
-                gather(&context, cache, GatherJob { vertex, first, rays, method: Method::Stratified }, &mut out);
+                let job = GatherJob { site: cache.site(vertex), first, rays, method: Method::Stratified };
+                gather(&context, &cache.learnt(), &job, &mut out);
                 let (_, sum) = out.sums.iter().find(|(s, _)| *s == slot).unwrap();
                 f64::from(luminance(sum.irradiance()) / luminance(expected))
             })

@@ -355,14 +355,15 @@ fn highlights_between_vertices_are_found() {
 /// An engine whose updates nobody takes waits, and does not keep the program from ending.
 #[test]
 fn a_waiting_engine_can_be_dropped() {
-    use penombre::refine::thread::{EngineThread, Pace};
+    use penombre::refine::thread::{Crew, EngineThread, Pace};
     let mut scene = Scene::default();
     let ids = floor(&mut scene);
     lamp_and_blocker(&mut scene);
     let options = Options { min_pixels: 0.0, tolerance: 1e-6, ..refine(0) };
     let pace = Pace::Free(std::time::Duration::from_millis(4));
-    let build = move || engine_with(scene, 1, options);
-    let thread = EngineThread::spawn(pace, false, build, |_| {}).expect("thread");
+    let crew = Crew { threads: 1, beside_frames: false };
+    let build = move |_| engine_with(scene, 1, options);
+    let thread = EngineThread::spawn(pace, crew, build, |_| {}).expect("thread");
     let faces = front(&ids).iter().map(|&f| (f, 1_000_000)).collect();
     thread.set_visible(Visible { generation: 1, eye: Vec3::Y, image: None, faces });
     std::thread::sleep(std::time::Duration::from_millis(600));

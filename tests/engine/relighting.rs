@@ -119,6 +119,7 @@ fn switching_off_and_on_leaves_no_trace() {
     // The filter of what is shown depends on when neighbours were looked at last.
     let options = Options { indirect: true, filter: false, ..direct(2) };
     let (mut engine, mut mirror) = solved(scene, &ids, options, 300_000);
+    mirror.apply(engine.settle());
     let (before, rays) = (shown(&mirror), mirror.last.stats.rays);
     for (generation, factors) in (2..).zip([[Vec3::ZERO; 2], [Vec3::ONE; 2], [Vec3::ZERO, Vec3::ONE], [Vec3::ONE; 2]]) {
         mirror.apply(engine.relight(&in_order(factors), &view(generation, &ids)));
@@ -137,6 +138,7 @@ fn switching_off_and_on_leaves_no_trace() {
 fn a_common_factor_scales_indirect_light() {
     let (scene, ids) = room([Vec3::ONE; 2]);
     let (mut engine, mut mirror) = solved(scene, &ids, Options { indirect: true, filter: false, ..direct(3) }, 300_000);
+    mirror.apply(engine.settle());
     let (before, rays) = (shown(&mirror), mirror.last.stats.rays);
     let factor = Vec3::new(0.5, 0.25, 0.125);
     mirror.apply(engine.relight(&in_order([factor; 2]), &view(2, &ids)));

@@ -75,9 +75,9 @@ pub struct Threads {
     pub main: Figure,
     pub rasteriser: Figure,
     pub ended: Figure,
-    /// Tracing threads over all.
+    /// Tracing over all.
     pub tracing_share: Figure,
-    /// The engine's own thread over that and the tracing threads.
+    /// The engine's own thread, its share of tracing left out, over that and tracing.
     pub serial_share: Figure,
 }
 
