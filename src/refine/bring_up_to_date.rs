@@ -95,6 +95,7 @@ impl Engine {
 
     /// Queues what faces leave to do, direct and indirect.
     fn queue(&mut self, roots: &[NodeId], leaves: &[NodeId]) {
+        self.look_inside(leaves);
         self.enqueue_leaves(leaves);
         if roots.len() == self.view.faces.all().len() {
             self.survey_indirect();

@@ -16,9 +16,11 @@ impl Engine {
             return self.judge_first_visits(&lit.slots);
         }
         lit.splits.iter().for_each(|leaf| self.divide_leaf(leaf));
+        let children: Vec<NodeId> = lit.splits.iter().flat_map(|leaf| leaf.split.children.all()).collect();
+        self.look_inside(&children);
         let mut nodes = self.nodes_around(&lit.slots);
         nodes.extend_from_slice(&lit.pixel_samples);
-        nodes.extend(lit.splits.iter().flat_map(|leaf| leaf.split.children.all()));
+        nodes.extend(children);
         nodes.retain(|&node| self.cache.topology.is_leaf(node));
         self.measure_around(&mut nodes);
         nodes.sort_unstable();

@@ -14,6 +14,7 @@ pub mod image_error;
 mod indirect;
 mod indirect_error;
 mod judge;
+mod large_leaves;
 mod miss_rate;
 pub mod nice;
 pub mod options;

@@ -9,6 +9,7 @@ mod direct;
 mod hidden_lights;
 mod indirect;
 mod indirect_cornell;
+mod large_leaves;
 mod moving_camera;
 mod penumbrae;
 mod pixel_vertices;

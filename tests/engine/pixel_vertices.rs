@@ -36,7 +36,7 @@ fn scene_of(n: u32) -> (Scene, Vec<TriangleId>) {
 }
 
 /// The floor seen from above, aslant.
-fn view(scene: &Scene, shift: f32) -> View {
+pub fn view(scene: &Scene, shift: f32) -> View {
     let camera = Camera {
         position: Vec3::new(0.5 + shift, 2.5, 0.3),
         look_at: Vec3::new(0.03 + shift, 0.0, 0.01),
@@ -67,7 +67,7 @@ fn holder(mirror: &Mirror, faces: &[FaceId], x: Vec3) -> Option<(DrawnId, DrawnT
 }
 
 /// Which face of the floor each pixel sees, were there nothing before it.
-fn image(scene: &Scene, faces: &[FaceId], view: &View) -> FaceImage {
+pub fn image(scene: &Scene, faces: &[FaceId], view: &View) -> FaceImage {
     let holds = |face: &FaceId, x: Vec3| {
         let [a, b, c] = scene.corners(face.triangle());
         let area = |p: Vec3, q: Vec3| (q - p).cross(x - p).y;
@@ -128,7 +128,7 @@ fn exact_light(scene: &Scene, bvh: &Bvh, light: &Light, x: Vec3) -> f32 {
     lit * ray.direction.y / to_light.length_squared() / PI
 }
 
-fn counting(seed: u64) -> Options {
+pub fn counting(seed: u64) -> Options {
     Options { min_pixels: 3.0, shadow_size: 0.2, listed: true, ..options(seed) }
 }
 
