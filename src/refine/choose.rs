@@ -12,7 +12,7 @@ const FIRST_VISITS: usize = 512;
 const TASKS: u64 = 64;
 /// Rays in the view so far for each task of a batch, if that allows more: later ones change less of what the others go by
 /// (docs/notebook/clock.md).
-const RAYS_A_TASK: u64 = 4096;
+const RAYS_A_TASK: u64 = 8192;
 /// Tasks a batch at most: a tenth of a second on two cores, for which a view that changes waits.
 const MOST_TASKS: u64 = 512;
 /// Rays of direct light a batch, about.
