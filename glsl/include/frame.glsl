@@ -120,12 +120,12 @@ struct Frame {
     float luminance_scale; // stored D and S are true values times this
     float emission_scale;  // likewise L_e
     float exposure;        // factor
-    uint tone_mapping;     // scene::ToneMapping
     uint emits_back;       // whether emissive triangles emit on both sides
     float filter_width;    // of the square that textures are filtered over, pixels
     vec2 depth_of_inverse;  // depth is x / distance along the view + y
     float background_depth; // farther than any drawn triangle, nearer than nothing
     uint lookup_stamp;      // of the drawn triangles to look up; 0 for all
+    uint padding;           // to a multiple of an address
 };
 
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame frame; };

@@ -46,7 +46,6 @@ pub(super) struct FrameUniform {
     pub emission_scale: f32,
     /// What radiance is multiplied by before tone mapping.
     pub exposure: f32,
-    pub tone_mapping: u32,
     pub emits_back: u32,
     /// Width of the square that textures are filtered over, pixels.
     pub filter_width: f32,
@@ -56,6 +55,8 @@ pub(super) struct FrameUniform {
     pub background_depth: f32,
     /// Of the drawn triangles to look up; 0 for all.
     pub lookup_stamp: u32,
+    /// To a multiple of an address.
+    pub padding: u32,
 }
 
 /// A triangle by its id.
@@ -158,7 +159,7 @@ host_matches_shader!(FrameUniform, frame, {
     drawn_list: DRAWN_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
     list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, drawn_pixels: DRAWN_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
-    exposure: EXPOSURE, tone_mapping: TONE_MAPPING, emits_back: EMITS_BACK, depth_of_inverse: DEPTH_OF_INVERSE, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
+    exposure: EXPOSURE, emits_back: EMITS_BACK, depth_of_inverse: DEPTH_OF_INVERSE, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
 });
 host_matches_shader!(GpuTriangle, triangle, { corners: CORNERS, material: MATERIAL, uv: UV });
 host_matches_shader!(GpuVisibilityTriangle, visibility_triangle, { corners: CORNERS, id: ID });

@@ -1,4 +1,4 @@
-//! Buffers, addressed from shaders by device address.
+//! Buffers, addressed from shaders by device address, or read as texels of one word.
 
 use super::device::{Device, Tracked};
 use super::{error, memory};
@@ -7,6 +7,9 @@ use ash::vk;
 use bytemuck::{NoUninit, Pod};
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
+
+/// Bytes of a word.
+const WORD: u64 = 4;
 
 /// Who writes and who reads a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +25,8 @@ pub enum BufferUse {
 /// A buffer with its memory.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
+    /// Its words, as far as a view may reach.
+    pub(super) words: vk::BufferView,
     allocation: Option<Allocation>,
     size: u64,
     address: vk::DeviceAddress,
@@ -29,14 +34,15 @@ pub struct Buffer {
 }
 
 impl Buffer {
-    /// A buffer of at least `size` bytes (16 if that is less), contents undefined.
+    /// A buffer of at least `size` bytes (16 if that is less) in whole words, contents undefined.
     ///
     /// # Errors
     /// [`Error::Exhausted`] when memory runs out or `size` exceeds what the device allows.
     pub fn new(device: &Device, name: &str, size: u64, usage: BufferUse) -> Result<Self> {
-        let size = size.max(16);
+        let size = size.max(16).next_multiple_of(WORD);
         let flags = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
+            | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
             | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
@@ -46,7 +52,7 @@ impl Buffer {
         let raw =
             unsafe { core.raw.create_buffer(&info, None) }.map_err(|e| error(e, &format!("creating `{name}`")))?;
         let tracked = Tracked::new(core, raw, name);
-        let mut buffer = Self { raw, allocation: None, size, address: 0, tracked };
+        let mut buffer = Self { raw, words: vk::BufferView::null(), allocation: None, size, address: 0, tracked };
         // SAFETY: `raw` was just created.
         let requirements = unsafe { core.raw.get_buffer_memory_requirements(raw) };
         let location = match usage {
@@ -62,7 +68,22 @@ impl Buffer {
         // SAFETY: the buffer has memory and was created with SHADER_DEVICE_ADDRESS.
         buffer.address =
             unsafe { core.raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(raw)) };
+        buffer.words = buffer.view_words(name)?;
         Ok(buffer)
+    }
+
+    fn view_words(&self, name: &str) -> Result<vk::BufferView> {
+        let core = &self.tracked.core;
+        let range = self.size.min(WORD * u64::from(core.max_texels));
+        let info = vk::BufferViewCreateInfo::default().buffer(self.raw).format(vk::Format::R32_UINT).range(range);
+        // SAFETY: the buffer has memory and allows such views; the format is one that all devices read so.
+        unsafe { core.raw.create_buffer_view(&info, None) }.map_err(|e| error(e, &format!("viewing `{name}`")))
+    }
+
+    /// Whether all of it can be read as texels.
+    #[must_use]
+    pub fn fits_texels(&self) -> bool {
+        self.size <= WORD * u64::from(self.tracked.core.max_texels)
     }
 
     /// Size in bytes.
@@ -127,8 +148,11 @@ fn outside(doing: &str) -> Error {
 impl Drop for Buffer {
     fn drop(&mut self) {
         let core = &self.tracked.core;
-        // SAFETY: no recording borrows the buffer any more, and each is waited for.
-        unsafe { core.raw.destroy_buffer(self.raw, None) };
+        // SAFETY: no recording borrows the buffer any more, and each is waited for; a null view is ignored.
+        unsafe {
+            core.raw.destroy_buffer_view(self.words, None);
+            core.raw.destroy_buffer(self.raw, None);
+        }
         if let Some(allocation) = self.allocation.take() {
             core.memory.free(allocation);
         }
