@@ -65,8 +65,9 @@ impl SceneBuffers {
         let mut fill = |name, data: &[u8]| filled(device, commands, name, data);
         let colours = bytemuck::cast_slice(&scene.colours);
         let colours = if colours.is_empty() { None } else { Some(fill("vertex colours", colours)?) };
+        let positions: Vec<[f32; 4]> = scene.positions.iter().map(|p| [p.x, p.y, p.z, 1.0]).collect();
         let buffers = Self {
-            positions: fill("positions", bytemuck::cast_slice(&scene.positions))?,
+            positions: fill("positions", bytemuck::cast_slice(&positions))?,
             triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene, &of_triangle)))?,
             colours,
             coplanar: fill("coplanar faces", bytemuck::cast_slice(&coplanar))?,
@@ -153,7 +154,12 @@ fn filled<T: NoUninit>(device: &Device, commands: &mut Commands, name: &str, dat
 fn by_id(scene: &Scene, materials: &[u32]) -> Vec<GpuTriangle> {
     let triangles = scene.triangles.iter().zip(&scene.uvs).zip(materials);
     triangles
-        .map(|((&corners, uv), &material)| GpuTriangle { corners, material, uv: uv.map(|v| v.to_array()) })
+        .map(|((&corners, uv), &material)| GpuTriangle {
+            corners,
+            material,
+            uv: uv.map(|v| v.to_array()),
+            padding: [0; 2],
+        })
         .collect()
 }
 

@@ -66,6 +66,8 @@ pub(super) struct GpuTriangle {
     pub corners: [u32; 3],
     pub material: u32,
     pub uv: [[f32; 2]; 3],
+    /// To whole texels.
+    pub padding: [u32; 2],
 }
 
 /// A triangle in drawing order.
@@ -111,6 +113,8 @@ pub(super) struct GpuTexture {
     pub offset: [f32; 2],
     /// Index of each level's first texel.
     pub first: [u32; MAX_LEVELS],
+    /// To whole texels.
+    pub padding: u32,
 }
 
 /// A vertex slot.

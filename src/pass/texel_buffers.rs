@@ -1,9 +1,10 @@
-//! The scene and the light as texels of a word each, beside their device addresses.
+//! The scene and the light as texels, beside their device addresses.
 //!
 //! A software rasteriser loads by address in a loop over the pixels that it works on, and gathers texels of all at once (docs/lavapipe.md).
 
 use super::renderer::{Passes, Renderer};
 use crate::error::Result;
+use crate::vk::buffer::Texel;
 
 /// Buffers that `glsl/include/scene.glsl` reads so.
 pub(super) const COUNT: u32 = 9;
@@ -13,18 +14,18 @@ impl Renderer {
     pub(super) fn bind_texel_buffers(&mut self) -> Result<()> {
         let Self { scene, mesh, drawn_list, bindings, .. } = self;
         let buffers = [
-            &scene.positions,
-            &scene.triangles,
-            &scene.visibility_triangles,
-            &scene.materials,
-            &scene.textures,
-            &scene.texels,
-            mesh.slots.buffer(),
-            mesh.drawn_triangles.buffer(),
-            drawn_list.buffer(),
+            (&scene.positions, Texel::Quad),
+            (&scene.triangles, Texel::Quad),
+            (&scene.visibility_triangles, Texel::Quad),
+            (&scene.materials, Texel::Quad),
+            (&scene.textures, Texel::Quad),
+            (&scene.texels, Texel::Word),
+            (mesh.slots.buffer(), Texel::Word),
+            (mesh.drawn_triangles.buffer(), Texel::Word),
+            (drawn_list.buffer(), Texel::Word),
         ];
         bindings.bind_texel_buffers(&buffers);
-        if self.options.texel_buffers && !buffers.iter().all(|buffer| buffer.fits_texels()) {
+        if self.options.texel_buffers && !buffers.iter().all(|(buffer, texel)| buffer.fits(*texel)) {
             self.options.texel_buffers = false;
             self.passes = Passes::new(&self.device, &self.bindings, &self.options)?;
         }

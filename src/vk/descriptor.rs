@@ -2,7 +2,7 @@
 //!
 //! Everything else is reached by device address from the uniform buffer, so no pass needs a set of its own.
 
-use super::buffer::Buffer;
+use super::buffer::{Buffer, Texel};
 use super::device::{Device, Tracked};
 use super::error;
 use super::image::Image;
@@ -103,10 +103,10 @@ impl Bindings {
         }
     }
 
-    /// Points the bindings behind the images at the words of buffers. `&mut self`: no recording uses the set.
-    pub fn bind_texel_buffers(&mut self, buffers: &[&Buffer]) {
-        for (buffer, binding) in buffers.iter().zip(1 + self.images..) {
-            let view = [buffer.words];
+    /// Points the bindings behind the images at buffers, read as such texels. `&mut self`: no recording uses the set.
+    pub fn bind_texel_buffers(&mut self, buffers: &[(&Buffer, Texel)]) {
+        for (&(buffer, texel), binding) in buffers.iter().zip(1 + self.images..) {
+            let view = [buffer.texels(texel)];
             let write = vk::WriteDescriptorSet::default()
                 .dst_set(self.set)
                 .dst_binding(binding)
