@@ -12,9 +12,8 @@ use super::options::RendererOptions;
 use super::pixel_counts::{DrawnCounts, Histogram};
 use super::readback::{Layers, LuminanceLayers, ReadBack};
 use super::scene_buffers::SceneBuffers;
-use super::shared::FrameUniform;
+use super::shared::{FrameUniform, TEXEL_BUFFERS};
 use super::targets::Targets;
-use super::texel_buffers;
 use super::update::UpdateMode;
 use super::visibility::{Visibility, count_pixels};
 use crate::error::Result;
@@ -103,7 +102,7 @@ impl Renderer {
     /// A renderer that has drawn nothing, for frames of `size` until it is [resized](Self::resize).
     pub(super) fn cold(device: Arc<Device>, size: ImageSize, options: RendererOptions) -> Result<Self> {
         let mut commands = Commands::new(&device, "frame")?;
-        let mut bindings = Bindings::new(&device, "frame", 6, texel_buffers::COUNT)?;
+        let mut bindings = Bindings::new(&device, "frame", 6, TEXEL_BUFFERS as u32)?;
         let uniform = Buffer::new(&device, "uniform", size_of::<FrameUniform>() as u64, BufferUse::Stream)?;
         let targets = Targets::new(&device, &mut commands, size, options.depth)?;
         bindings.bind_uniform(&uniform);

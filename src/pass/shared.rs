@@ -6,6 +6,8 @@ use crate::vk::shaders::host_matches_shader;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+/// Buffers that `glsl/include/scene.glsl` reads as texels.
+pub(super) const TEXEL_BUFFERS: usize = 9;
 /// "No texture".
 pub(super) const NONE: u32 = u32::MAX;
 pub(super) use crate::scene::texture::MAX_LEVELS;

@@ -3,17 +3,16 @@
 //! A software rasteriser loads by address in a loop over the pixels that it works on, and gathers texels of all at once (docs/lavapipe.md).
 
 use super::renderer::{Passes, Renderer};
+use super::shared::TEXEL_BUFFERS;
 use crate::error::Result;
+use crate::vk::Buffer;
 use crate::vk::buffer::Texel;
-
-/// Buffers that `glsl/include/scene.glsl` reads so.
-pub(super) const COUNT: u32 = 9;
 
 impl Renderer {
     /// Has shaders read the buffers as they are now; by address for good once a buffer is too large to be read as texels.
     pub(super) fn bind_texel_buffers(&mut self) -> Result<()> {
         let Self { scene, mesh, drawn_list, bindings, .. } = self;
-        let buffers = [
+        let buffers: [(&Buffer, Texel); TEXEL_BUFFERS] = [
             (&scene.positions, Texel::Quad),
             (&scene.triangles, Texel::Quad),
             (&scene.visibility_triangles, Texel::Quad),
