@@ -3,6 +3,7 @@
 // face's plane.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "scene.glsl"
 #include "images.glsl"
 #include "texture.glsl"
 #include "barycentrics.glsl"
@@ -35,20 +36,23 @@ void main() {
     }
     uint triangle = (id - 1u) >> 1;
     bool back = ((id - 1u) & 1u) == 1u;
-    Material m = frame.materials.at[frame.triangles.at[triangle].material];
+    Material m = material_at(triangle_material(triangle));
     bool emits = m.ke != vec3(0.0) && (!back || frame.emits_back != 0u);
     vec2 uv[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0)); // at the pixel, its right and its lower neighbour
     bool painted = frame.colours != uvec2(0u);
     if (painted || m.map_kd != NONE || (emits && m.map_ke != NONE)) {
-        Triangle t = frame.triangles.at[triangle];
-        vec3 a = frame.positions.at[t.corners.x];
-        vec3 edge1 = frame.positions.at[t.corners.y] - a;
-        vec3 edge2 = frame.positions.at[t.corners.z] - a;
+        uvec3 corners = triangle_corners(triangle);
+        vec3 a = position_at(corners.x);
+        vec3 edge1 = position_at(corners.y) - a;
+        vec3 edge2 = position_at(corners.z) - a;
+        vec2 uv_a = triangle_uv(triangle, 0u);
+        vec2 uv_b = triangle_uv(triangle, 1u);
+        vec2 uv_c = triangle_uv(triangle, 2u);
         vec2 centre = gl_FragCoord.xy + frame.jitter;
         vec2 steps[3] = vec2[3](vec2(0.0), vec2(frame.filter_width, 0.0), vec2(0.0, frame.filter_width));
         for (int i = 0; i < 3; ++i) {
             vec2 b = barycentrics(a, edge1, edge2, centre + steps[i]);
-            uv[i] = t.uv[0] * (1.0 - b.x - b.y) + t.uv[1] * b.x + t.uv[2] * b.y;
+            uv[i] = uv_a * (1.0 - b.x - b.y) + uv_b * b.x + uv_c * b.y;
             if (painted && i == 0) {
                 m.kd *= vertex_colour(triangle, b);
             }

@@ -2,6 +2,7 @@
 // Luminance of changed drawn triangles without drawing them: each pixel finds its own.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "scene.glsl"
 #include "images.glsl"
 #include "barycentrics.glsl"
 #include "luminance.glsl"

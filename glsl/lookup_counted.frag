@@ -2,6 +2,7 @@
 // The same, and the pixels of drawn triangles counted.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "scene.glsl"
 #include "images.glsl"
 #include "barycentrics.glsl"
 #include "luminance.glsl"

@@ -2,6 +2,7 @@
 // Drawn triangles with the stencil references of their patches.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "scene.glsl"
 #include "position.glsl"
 #include "drawn_vertex.glsl"
 

@@ -2,6 +2,7 @@
 // Visibility of faces whose distance is that of their plane: equal to the bit for all faces of it, so that the later drawn is seen.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "scene.glsl"
 #include "texture.glsl"
 
 layout(location = 0) flat in uint face;

@@ -2,6 +2,7 @@
 // Visibility of faces whose distance is that of their plane (scene::coplanar), in ascending rank.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "scene.glsl"
 #include "texture.glsl"
 #include "position.glsl"
 
@@ -16,10 +17,10 @@ void main() {
     face = frame.coplanar.at[index].face;
     vec3 normal = frame.coplanar.at[index].normal;
     plane = vec4(normal, frame.coplanar.at[index].offset - dot(normal, frame.eye));
-    Triangle t = frame.triangles.at[face >> 1];
-    map_d = frame.materials.at[t.material].map_d;
-    place = map_d == NONE ? vec2(0.0) : placed(map_d, t.uv[corner]);
+    uint triangle = face >> 1;
+    map_d = material_map_d(triangle_material(triangle));
+    place = map_d == NONE ? vec2(0.0) : placed(map_d, triangle_uv(triangle, corner));
     // The eye sees one side of a triangle; the other shrinks to a point.
     bool seen = frame.coplanar.at[index].towards * plane.w < 0.0;
-    set_position(frame.positions.at[t.corners[seen ? corner : 0u]]);
+    set_position(position_at(triangle_corner(triangle, seen ? corner : 0u)));
 }

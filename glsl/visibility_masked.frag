@@ -2,6 +2,7 @@
 // Visibility of triangles with a cut-out mask: what is cut out is not there.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "scene.glsl"
 #include "texture.glsl"
 
 layout(location = 0) flat in uint triangle;

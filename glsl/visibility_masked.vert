@@ -2,6 +2,7 @@
 // Visibility of triangles with a cut-out mask.
 #extension GL_GOOGLE_include_directive : require
 #include "frame.glsl"
+#include "scene.glsl"
 #include "texture.glsl"
 #include "position.glsl"
 
@@ -12,8 +13,8 @@ layout(location = 2) flat out uint map_d;
 void main() {
     uint index = uint(gl_VertexIndex) / 3u;
     uint corner = uint(gl_VertexIndex) % 3u;
-    triangle = frame.visibility_triangles.at[index].id;
-    map_d = frame.materials.at[frame.triangles.at[triangle].material].map_d;
-    place = placed(map_d, frame.triangles.at[triangle].uv[corner]);
-    set_position(frame.positions.at[frame.visibility_triangles.at[index].corners[corner]]);
+    triangle = visibility_triangle_id(index);
+    map_d = material_map_d(triangle_material(triangle));
+    place = placed(map_d, triangle_uv(triangle, corner));
+    set_position(position_at(visibility_triangle_corner(index, corner)));
 }

@@ -5,13 +5,13 @@ layout(location = 1) out vec3 weighted_specular;
 layout(location = 2) flat out uvec2 drawn; // face, id
 
 void set_drawn_vertex() {
-    uint drawn_id = frame.drawn_list.at[uint(gl_VertexIndex) / 3u];
-    uint slot = frame.drawn_triangles.at[drawn_id].slots[uint(gl_VertexIndex) % 3u];
-    drawn = uvec2(frame.drawn_triangles.at[drawn_id].face, drawn_id);
-    uint flat_slot = frame.drawn_triangles.at[drawn_id].flat_slot;
+    uint drawn_id = drawn_id_at(uint(gl_VertexIndex) / 3u);
+    uint slot = drawn_triangle_slot(drawn_id, uint(gl_VertexIndex) % 3u);
+    drawn = uvec2(drawn_triangle_face(drawn_id), drawn_id);
+    uint flat_slot = drawn_triangle_flat_slot(drawn_id);
     uint shown = flat_slot == NONE ? slot : flat_slot;
-    float weight = frame.slots.at[shown].weight;
-    weighted_diffuse = vec4(weight * frame.slots.at[shown].diffuse, weight);
-    weighted_specular = weight * frame.slots.at[shown].specular;
-    set_position(frame.slots.at[slot].position);
+    float weight = slot_weight(shown);
+    weighted_diffuse = vec4(weight * slot_diffuse(shown), weight);
+    weighted_specular = weight * slot_specular(shown);
+    set_position(slot_position(slot));
 }

@@ -12,6 +12,7 @@ struct Triangle {
     uvec3 corners;
     uint material;
     vec2 uv[3];
+    uint padding[2]; // to whole texels, glsl/include/scene.glsl
 };
 
 // A triangle in drawing order: those without mask first.
@@ -48,6 +49,7 @@ struct Texture {
     vec2 scale;
     vec2 offset;
     uint first[MAX_LEVELS];
+    uint padding; // to whole texels
 };
 
 // A vertex slot: weight 1 valid, 0 invalid; D and S in W/sr/m2.
@@ -78,9 +80,10 @@ struct LookupRoot {
     uint stamp;
 };
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Positions { vec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Positions { vec4 at[]; }; // a: 1
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Triangles { Triangle at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer VisibilityTriangles { VisibilityTriangle at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Marks { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer CoplanarFaces { CoplanarFace at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Materials { Material at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Textures { Texture at[]; };
@@ -105,7 +108,7 @@ struct Frame {
     Slots slots;
     DrawnTriangles drawn_triangles;
     DrawnList drawn_list;
-    Positions marks;
+    Marks marks;
     LookupNodes lookup_nodes;
     LookupRoots lookup_roots;
     References list_references; // stencil references, where draws export them
@@ -120,12 +123,12 @@ struct Frame {
     float luminance_scale; // stored D and S are true values times this
     float emission_scale;  // likewise L_e
     float exposure;        // factor
-    uint tone_mapping;     // scene::ToneMapping
     uint emits_back;       // whether emissive triangles emit on both sides
     float filter_width;    // of the square that textures are filtered over, pixels
     vec2 depth_of_inverse;  // depth is x / distance along the view + y
     float background_depth; // farther than any drawn triangle, nearer than nothing
     uint lookup_stamp;      // of the drawn triangles to look up; 0 for all
+    uint padding;           // to a multiple of an address
 };
 
 layout(set = 0, binding = 0, scalar) uniform FrameBlock { Frame frame; };

@@ -35,9 +35,9 @@ Found among(LookupNode node, vec3 point) {
 
 // Barycentric weights of the pixel's centre in a triangle.
 vec3 in_face(uint triangle) {
-    uvec3 corners = frame.triangles.at[triangle].corners;
-    vec3 a = frame.positions.at[corners.x];
-    vec2 b = barycentrics(a, frame.positions.at[corners.y] - a, frame.positions.at[corners.z] - a,
+    uvec3 corners = triangle_corners(triangle);
+    vec3 a = position_at(corners.x);
+    vec2 b = barycentrics(a, position_at(corners.y) - a, position_at(corners.z) - a,
                           gl_FragCoord.xy + frame.jitter);
     return vec3(1.0 - b.x - b.y, b);
 }
@@ -79,17 +79,16 @@ Found find() {
 
 // Its luminance.
 void write_found(Found found) {
-    DrawnTriangle triangle = frame.drawn_triangles.at[found.drawn_id];
-    uvec3 slots = triangle.flat_slot == NONE ? triangle.slots : uvec3(triangle.flat_slot);
+    uint flat_slot = drawn_triangle_flat_slot(found.drawn_id);
     vec3 diffuse = vec3(0.0);
     vec3 specular = vec3(0.0);
     float weight = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        Slot slot = frame.slots.at[slots[i]];
-        float share = found.weights[i] * slot.weight;
+    for (uint i = 0u; i < 3u; ++i) {
+        uint slot = flat_slot == NONE ? drawn_triangle_slot(found.drawn_id, i) : flat_slot;
+        float share = found.weights[i] * slot_weight(slot);
         weight += share;
-        diffuse += share * slot.diffuse;
-        specular += share * slot.specular;
+        diffuse += share * slot_diffuse(slot);
+        specular += share * slot_specular(slot);
     }
     write_luminance(diffuse, specular, weight, found.drawn_id);
 }

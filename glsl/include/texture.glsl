@@ -8,7 +8,7 @@ vec3 linear_from_srgb(vec3 c) {
 
 // Linear RGB of a texel inside the level.
 vec3 texel(uint first, int width, ivec2 p, uint flags) {
-    uint bits = frame.texels.at[first + uint(p.y * width + p.x)];
+    uint bits = texel_bits(first + uint(p.y * width + p.x));
     if ((flags & SHARED_EXPONENT) != 0u) {
         uvec3 mantissas = uvec3(bits, bits >> 8, bits >> 16) & 255u;
         return vec3(mantissas) * uintBitsToFloat((max(bits >> 24, 9u) - 9u) << 23);
@@ -36,7 +36,7 @@ ivec4 footprint(ivec2 size, vec2 uv, uint flags, out vec2 fraction) {
 // Bilinear look-up at one level of a texture of `extent`; uv in OBJ convention (v up), placed.
 vec3 texture_level(uint index, ivec2 extent, uint flags, uint level, vec2 uv) {
     ivec2 size = max(extent >> int(level), ivec2(1));
-    uint first = frame.textures.at[index].first[level];
+    uint first = texture_first(index, level);
     vec2 f;
     ivec4 c = footprint(size, uv, flags, f);
     vec3 top = mix(texel(first, size.x, c.xz, flags), texel(first, size.x, c.yz, flags), f.x);
@@ -46,16 +46,16 @@ vec3 texture_level(uint index, ivec2 extent, uint flags, uint level, vec2 uv) {
 
 // Where a texture is looked up.
 vec2 placed(uint index, vec2 uv) {
-    return uv * frame.textures.at[index].scale + frame.textures.at[index].offset;
+    return uv * texture_scale(index) + texture_offset(index);
 }
 
 // Trilinear look-up; the gradients are those of uv from one pixel to the next. Magnified: level 0.
 vec3 texture_filtered(uint index, vec2 uv, vec2 d_dx, vec2 d_dy) {
-    ivec2 extent = ivec2(frame.textures.at[index].extent);
-    uint flags = frame.textures.at[index].flags;
-    vec2 per_uv = vec2(extent) * frame.textures.at[index].scale;
+    ivec2 extent = texture_extent(index);
+    uint flags = texture_flags(index);
+    vec2 per_uv = vec2(extent) * texture_scale(index);
     float texels = max(length(d_dx * per_uv), length(d_dy * per_uv));
-    float last = float(frame.textures.at[index].levels - 1u);
+    float last = float(texture_levels(index) - 1u);
     float lod = texels > 1.0 ? min(log2(texels), last) : 0.0; // not a number counts as magnified
     uint level = uint(lod);
     vec2 place = placed(index, uv);
@@ -79,13 +79,13 @@ vec3 texture_filtered(uint index, vec2 uv, vec2 d_dx, vec2 d_dy) {
 // The cut-out rule, scene::Scene::is_opaque_at; `place` is where the mask is looked up.
 bool is_opaque(uint map_d, vec2 place) {
     vec2 f;
-    ivec2 size = ivec2(frame.textures.at[map_d].extent);
-    uint first = frame.textures.at[map_d].first[0];
-    ivec4 c = footprint(size, place, frame.textures.at[map_d].flags, f);
+    ivec2 size = texture_extent(map_d);
+    uint first = texture_first(map_d, 0u);
+    ivec4 c = footprint(size, place, texture_flags(map_d), f);
     vec4 alpha;
-    alpha.x = float(frame.texels.at[first + uint(c.z * size.x + c.x)] >> 24);
-    alpha.y = float(frame.texels.at[first + uint(c.z * size.x + c.y)] >> 24);
-    alpha.z = float(frame.texels.at[first + uint(c.w * size.x + c.x)] >> 24);
-    alpha.w = float(frame.texels.at[first + uint(c.w * size.x + c.y)] >> 24);
+    alpha.x = float(texel_bits(first + uint(c.z * size.x + c.x)) >> 24);
+    alpha.y = float(texel_bits(first + uint(c.z * size.x + c.y)) >> 24);
+    alpha.z = float(texel_bits(first + uint(c.w * size.x + c.x)) >> 24);
+    alpha.w = float(texel_bits(first + uint(c.w * size.x + c.y)) >> 24);
     return mix(mix(alpha.x, alpha.y, f.x), mix(alpha.z, alpha.w, f.x), f.y) >= 127.5;
 }

@@ -54,8 +54,10 @@ vec3 pbr_neutral(vec3 c) {
     return mix(c * (new_peak / peak), vec3(new_peak), grey);
 }
 
-vec3 tone_map(vec3 c, uint operator) {
-    switch (operator) {
+layout(constant_id = 1) const uint OPERATOR = CLAMP; // one of the above: a rasteriser on the CPU runs all branches of a switch
+
+vec3 tone_map(vec3 c) {
+    switch (OPERATOR) {
         case REINHARD: return reinhard(c);
         case ACES: return aces(c);
         case AGX: return agx(c);

@@ -150,7 +150,7 @@ impl Run<'_> {
 
     /// A renderer of the scene; `modes` are those that it is made for.
     fn renderer(&self, scene: &Scene, depth: Depth, modes: Vec<UpdateMode>, count_writes: bool) -> Result<Renderer> {
-        let options = RendererOptions { depth, modes, count_writes, atomic_counts: false };
+        let options = RendererOptions { depth, modes, count_writes, ..RendererOptions::new(&self.device)? };
         let mut renderer = Renderer::with_options(Arc::clone(&self.device), self.args.size, options)?;
         renderer.load(scene)?;
         renderer.resize(self.args.size)?;

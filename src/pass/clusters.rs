@@ -35,12 +35,12 @@ impl Clusters {
         self.0.iter().map(move |cluster| (range(cluster), frustum.place(&cluster.bounds)))
     }
 
-    /// Draws, as (first triangle, triangles), of everything that may show: first what needs no clipping, then the rest.
-    pub(super) fn draws(&self, frustum: &Frustum) -> Vec<(u32, u32)> {
+    /// Draws, as (first triangle, triangles), of what lies in the places that are wanted, in their order.
+    pub(super) fn draws(&self, frustum: &Frustum, wanted: &[Place]) -> Vec<(u32, u32)> {
         let places: Vec<Place> = self.0.iter().map(|cluster| frustum.place(&cluster.bounds)).collect();
         let mut draws: Vec<(u32, u32)> = Vec::new();
-        for wanted in [Place::Inside, Place::Crossing] {
-            for (cluster, _) in self.0.iter().zip(&places).filter(|(_, place)| **place == wanted) {
+        for wanted in wanted {
+            for (cluster, _) in self.0.iter().zip(&places).filter(|(_, place)| *place == wanted) {
                 match draws.last_mut() {
                     Some((first, count)) if *first + *count == cluster.first => *count += cluster.count,
                     _ => draws.push((cluster.first, cluster.count)),
@@ -100,7 +100,7 @@ mod tests {
             view(Vec3::new(9.0, 2.0, 1.0), Vec3::new(0.0, 6.0, 7.0), 0.1),
         ] {
             let frustum = Frustum::new(&view, Vec2::new(0.4, -0.5));
-            let draws = clusters.draws(&frustum);
+            let draws = clusters.draws(&frustum, &[Place::Inside, Place::Crossing]);
             let drawn: Vec<usize> = draws.iter().flat_map(|&(f, n)| f as usize - 7..(f + n) as usize - 7).collect();
             let mut once = drawn.clone();
             once.sort_unstable();

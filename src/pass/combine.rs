@@ -3,6 +3,7 @@
 use super::depth::Depth;
 use super::targets::Targets;
 use crate::error::Result;
+use crate::scene::{Display, ToneMapping};
 use crate::vk::commands::Load;
 use crate::vk::pipeline::{ColourWrites, DepthStencil, PipelineDesc};
 use crate::vk::report::{COLOUR_FORMAT, DISPLAY_FORMAT, LINEAR_FORMAT};
@@ -10,43 +11,69 @@ use crate::vk::{Bindings, Device, Pass, Pipeline, shaders};
 
 /// The pass of that name.
 pub(super) struct Combine {
-    display: Pipeline,
-    /// Over it, where neighbours stand in for pixels that no drawn triangle covers.
-    uncovered: Pipeline,
+    shown: Shown,
     linear: Pipeline,
     depth: Depth,
 }
 
-impl Combine {
-    pub(super) fn new(device: &Device, bindings: &Bindings, depth: Depth) -> Result<Self> {
+/// Pipelines of one tone-mapping operator: chosen when they are made, since a rasteriser on the CPU runs all branches of a shader.
+struct Shown {
+    tone_mapping: ToneMapping,
+    display: Pipeline,
+    /// Over it, where neighbours stand in for pixels that no drawn triangle covers.
+    uncovered: Pipeline,
+}
+
+impl Shown {
+    fn new(device: &Device, bindings: &Bindings, depth: Depth, tone_mapping: ToneMapping) -> Result<Self> {
         let display = PipelineDesc {
             vertex: shaders::FULLSCREEN_VERT,
             fragment: Some(shaders::COMBINE_FRAG),
             colour: &[DISPLAY_FORMAT],
             depth_stencil: Some(depth.format),
             colour_writes: ColourWrites::Replace,
+            constants: &[0, tone_mapping as u32],
         };
         let uncovered = PipelineDesc { fragment: Some(shaders::COMBINE_UNCOVERED_FRAG), ..display };
+        Ok(Self {
+            tone_mapping,
+            display: Pipeline::new(device, "combine", bindings, &display)?,
+            uncovered: Pipeline::new(device, "combine uncovered", bindings, &uncovered)?,
+        })
+    }
+}
+
+impl Combine {
+    pub(super) fn new(device: &Device, bindings: &Bindings, depth: Depth) -> Result<Self> {
         let linear = PipelineDesc {
+            vertex: shaders::FULLSCREEN_VERT,
             fragment: Some(shaders::COMBINE_LINEAR_FRAG),
             colour: &[LINEAR_FORMAT, COLOUR_FORMAT, COLOUR_FORMAT],
             depth_stencil: None,
-            ..display
+            colour_writes: ColourWrites::Replace,
+            constants: &[],
         };
         Ok(Self {
-            display: Pipeline::new(device, "combine", bindings, &display)?,
-            uncovered: Pipeline::new(device, "combine uncovered", bindings, &uncovered)?,
+            shown: Shown::new(device, bindings, depth, Display::default().tone_mapping)?,
             linear: Pipeline::new(device, "combine linear", bindings, &linear)?,
             depth,
         })
     }
 
+    /// Has pictures shown with an operator.
+    pub(super) fn show_with(&mut self, operator: ToneMapping, device: &Device, bindings: &Bindings) -> Result<()> {
+        if operator != self.shown.tone_mapping {
+            self.shown = Shown::new(device, bindings, self.depth, operator)?;
+        }
+        Ok(())
+    }
+
     /// The picture as displayed.
     pub(super) fn record<'a>(&'a self, pass: &Pass<'a>, bindings: &'a Bindings, targets: &'a Targets) {
         pass.render(&[&targets.display], Some(&targets.luminance_depth), Load::Keep, |draws| {
-            draws.bind(&self.display, bindings);
+            draws.bind(&self.shown.display, bindings);
             draws.triangles(0, 1);
-            draws.bind(&self.uncovered, bindings);
+            draws.bind(&self.shown.uncovered, bindings);
             // Where the luminance pass has left no depth: no drawn triangle covers a face, or was drawn without depth.
             draws.depth_stencil(DepthStencil { write: false, ..self.depth.nearer() });
             draws.triangles(0, 1);

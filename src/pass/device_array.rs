@@ -74,4 +74,8 @@ impl<T: Pod + PartialEq> DeviceArray<T> {
     pub(super) const fn address(&self) -> u64 {
         self.buffer.address()
     }
+
+    pub(super) const fn buffer(&self) -> &Buffer {
+        &self.buffer
+    }
 }

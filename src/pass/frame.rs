@@ -87,6 +87,9 @@ impl Renderer {
     pub fn frame(&mut self, options: &FrameOptions) -> Result<FrameStats> {
         let (mut plan, patches) = self.plan(options);
         self.send(&mut plan, options.combine)?;
+        if let Some(display) = options.combine {
+            self.passes.combine.show_with(display.tone_mapping, &self.device, &self.bindings)?;
+        }
         let Self { commands, passes, bindings, targets, queries, .. } = self;
         let mut recording = commands.begin()?;
         if options.colour {
@@ -172,6 +175,7 @@ impl Renderer {
         if self.options.atomic_counts {
             self.counters.reserve(&self.device, self.mesh.drawn_triangles.len())?;
         }
+        self.bind_texel_buffers()?;
         self.send_uniform(display)
     }
 
@@ -207,12 +211,12 @@ impl Renderer {
             luminance_scale: self.luminance_scale,
             emission_scale: scene.emission_scale,
             exposure: display.exposure.exp2(),
-            tone_mapping: display.tone_mapping as u32,
             emits_back: u32::from(scene.emits_back),
             filter_width: self.filter_width,
             depth_of_inverse: self.options.depth.of_inverse(view.near),
             background_depth: self.options.depth.background(),
             lookup_stamp: self.lookup_stamp,
+            padding: 0,
         };
         self.uniform.write(0, &[uniform])
     }

@@ -40,6 +40,7 @@ impl Luminance {
             colour: &[COLOUR_FORMAT, COLOUR_FORMAT, ID_FORMAT],
             depth_stencil: Some(options.depth.format),
             colour_writes: if options.count_writes { ColourWrites::AddFirstAlpha } else { ColourWrites::Replace },
+            constants: &options.constants(),
         };
         let with = |fragment| PipelineDesc { fragment: Some(fragment), ..plain };
         let mark =

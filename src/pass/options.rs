@@ -17,6 +17,9 @@ pub struct RendererOptions {
     /// Whether the pixels of changed drawn triangles are counted as they are drawn
     /// ([`super::Renderer::atomic_counts`]).
     pub atomic_counts: bool,
+    /// Whether shaders read the scene and the light as texels, where the device can view them whole, and not by device address:
+    /// faster on a CPU (docs/lavapipe.md).
+    pub texel_buffers: bool,
 }
 
 impl RendererOptions {
@@ -27,7 +30,13 @@ impl RendererOptions {
     pub fn new(device: &Device) -> Result<Self> {
         let depth = Depth::new(device, None, DepthOrder::default())?;
         let modes = vec![UpdateMode::Stencil, UpdateMode::Id];
-        Ok(Self { depth, modes, count_writes: false, atomic_counts: false })
+        let texel_buffers = device.report().is_cpu();
+        Ok(Self { depth, modes, count_writes: false, atomic_counts: false, texel_buffers })
+    }
+
+    /// Values of the specialisation constants that all shaders share.
+    pub(super) fn constants(&self) -> [u32; 1] {
+        [u32::from(self.texel_buffers)]
     }
 
     /// Whether a device can do what is asked for.

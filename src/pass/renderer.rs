@@ -12,7 +12,7 @@ use super::options::RendererOptions;
 use super::pixel_counts::{DrawnCounts, Histogram};
 use super::readback::{Layers, LuminanceLayers, ReadBack};
 use super::scene_buffers::SceneBuffers;
-use super::shared::FrameUniform;
+use super::shared::{FrameUniform, TEXEL_BUFFERS};
 use super::targets::Targets;
 use super::update::UpdateMode;
 use super::visibility::{Visibility, count_pixels};
@@ -38,10 +38,10 @@ pub(super) struct Passes {
 }
 
 impl Passes {
-    fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
+    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
         Ok(Self {
-            visibility: Visibility::new(device, bindings, options.depth)?,
-            colour: Colour::new(device, bindings)?,
+            visibility: Visibility::new(device, bindings, options)?,
+            colour: Colour::new(device, bindings, options)?,
             luminance: Luminance::new(device, bindings, options)?,
             combine: Combine::new(device, bindings, options.depth)?,
         })
@@ -102,7 +102,7 @@ impl Renderer {
     /// A renderer that has drawn nothing, for frames of `size` until it is [resized](Self::resize).
     pub(super) fn cold(device: Arc<Device>, size: ImageSize, options: RendererOptions) -> Result<Self> {
         let mut commands = Commands::new(&device, "frame")?;
-        let mut bindings = Bindings::new(&device, "frame", 6)?;
+        let mut bindings = Bindings::new(&device, "frame", 6, TEXEL_BUFFERS as u32)?;
         let uniform = Buffer::new(&device, "uniform", size_of::<FrameUniform>() as u64, BufferUse::Stream)?;
         let targets = Targets::new(&device, &mut commands, size, options.depth)?;
         bindings.bind_uniform(&uniform);
@@ -167,7 +167,7 @@ impl Renderer {
         self.visible.clear();
         self.places.clear();
         self.face_ids.clear();
-        Ok(())
+        self.bind_texel_buffers()
     }
 
     /// Changes what the area lights show to `factors` times what the scene says, in the order of its lights. Look the colours
@@ -217,9 +217,10 @@ impl Renderer {
     pub fn visibility(&mut self) -> Result<Vec<(FaceId, u32)>> {
         self.send_uniform(None)?;
         let frustum = Frustum::new(&self.view, self.jitter);
+        let draws = self.scene.draws(&frustum, &self.device, &mut self.commands)?;
         let Self { commands, passes, bindings, targets, scene, read_back, .. } = self;
         let mut recording = commands.begin()?;
-        recording.pass("visibility", |pass| passes.visibility.record(pass, bindings, targets, scene, &frustum));
+        recording.pass("visibility", |pass| passes.visibility.record(pass, bindings, targets, scene, &draws));
         recording.pass("readback", |pass| read_back.record_ids(pass, targets));
         let times = recording.submit()?;
         self.times.extend(times);

@@ -2,6 +2,7 @@
 
 use super::clusters::{Clusters, curve};
 use super::coplanar;
+use super::crossing::Crossing;
 use super::frustum::{Bounds, Frustum, Place};
 use super::lit_materials::LitMaterials;
 use super::shared::{GpuMaterial, GpuTriangle, GpuVisibilityTriangle};
@@ -32,12 +33,15 @@ pub(super) struct SceneBuffers {
     pub texels: Buffer,
     /// Vertex colours, where the scene has any.
     pub colours: Option<Buffer>,
-    /// Triangles that go by their own depth, in drawing order.
-    order: Vec<u32>,
+    /// Triangles that go by their own depth, in drawing order; the device's buffer has room for them twice where the host tells
+    /// apart what is clipped.
+    order: Vec<GpuVisibilityTriangle>,
+    /// Positions on the host, there alone.
+    positions_on_host: Option<Vec<Vec3>>,
     /// Triangles without mask, drawn first.
-    pub opaque: Clusters,
+    opaque: Clusters,
     /// Triangles with one, after them.
-    pub masked: Clusters,
+    masked: Clusters,
     /// Faces whose distance is that of their plane, drawn last.
     pub coplanar_count: u32,
     /// Whether the image of face ids, not depth, tells where each triangle shows.
@@ -54,21 +58,27 @@ impl SceneBuffers {
         let maps = TextureMaps::new(scene)?;
         let (lit, of_triangle) = LitMaterials::new(scene, &maps);
         let materials = lit.lit(&[]);
+        let clips_slowly = device.report().is_cpu();
+        let room = size_of_val(drawn.as_slice()) as u64 * if clips_slowly { 2 } else { 1 };
+        let mut visibility_triangles = Buffer::new(device, "visibility triangles", room, BufferUse::Static)?;
+        commands.upload(device, &mut visibility_triangles, 0, &drawn)?;
         let mut fill = |name, data: &[u8]| filled(device, commands, name, data);
         let colours = bytemuck::cast_slice(&scene.colours);
         let colours = if colours.is_empty() { None } else { Some(fill("vertex colours", colours)?) };
+        let positions: Vec<[f32; 4]> = scene.positions.iter().map(|p| [p.x, p.y, p.z, 1.0]).collect();
         let buffers = Self {
-            positions: fill("positions", bytemuck::cast_slice(&scene.positions))?,
+            positions: fill("positions", bytemuck::cast_slice(&positions))?,
             triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene, &of_triangle)))?,
             colours,
-            visibility_triangles: fill("visibility triangles", bytemuck::cast_slice(&drawn))?,
             coplanar: fill("coplanar faces", bytemuck::cast_slice(&coplanar))?,
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
             textures: fill("textures", bytemuck::cast_slice(&maps.headers))?,
             texels: Buffer::new(device, "texels", 4 * maps.texels, BufferUse::Static)?,
-            order: drawn.iter().map(|triangle| triangle.id).collect(),
+            visibility_triangles,
+            positions_on_host: clips_slowly.then(|| scene.positions.clone()),
             opaque: Clusters::new(0, &corners(scene, &drawn[..opaque_count])),
             masked: Clusters::new(opaque_count as u32, &corners(scene, &drawn[opaque_count..])),
+            order: drawn,
             coplanar_count: coplanar.len() as u32,
             by_id: triangles(scene).map(|t| has_mask(scene, t) || scene.coplanar.member(t).is_some()).collect(),
             lit,
@@ -86,11 +96,29 @@ impl SceneBuffers {
         commands.upload(device, &mut self.materials, 0, &materials)
     }
 
+    /// Draws of what the frustum may hold: triangles without mask, then those with one.
+    pub(super) fn draws(
+        &mut self,
+        frustum: &Frustum,
+        device: &Device,
+        commands: &mut Commands,
+    ) -> Result<[Vec<(u32, u32)>; 2]> {
+        let Some(positions) = &self.positions_on_host else {
+            return Ok([&self.opaque, &self.masked].map(|all| all.draws(frustum, &[Place::Inside, Place::Crossing])));
+        };
+        let crossing = Crossing { frustum, triangles: &self.order, positions };
+        let mut copies = Vec::new();
+        let draws = [&self.opaque, &self.masked].map(|all| crossing.draws(all, &mut copies));
+        let end = size_of_val(self.order.as_slice()) as u64;
+        commands.upload(device, &mut self.visibility_triangles, end, &copies)?;
+        Ok(draws)
+    }
+
     /// Where each triangle lies in a frustum, as far as its cluster tells.
     pub(super) fn places(&self, frustum: &Frustum) -> Vec<Place> {
         let mut places = vec![Place::Crossing; self.by_id.len()];
         for (range, place) in self.opaque.places(frustum).chain(self.masked.places(frustum)) {
-            self.order[range].iter().for_each(|&triangle| places[triangle as usize] = place);
+            self.order[range].iter().for_each(|triangle| places[triangle.id as usize] = place);
         }
         places
     }
@@ -126,7 +154,12 @@ fn filled<T: NoUninit>(device: &Device, commands: &mut Commands, name: &str, dat
 fn by_id(scene: &Scene, materials: &[u32]) -> Vec<GpuTriangle> {
     let triangles = scene.triangles.iter().zip(&scene.uvs).zip(materials);
     triangles
-        .map(|((&corners, uv), &material)| GpuTriangle { corners, material, uv: uv.map(|v| v.to_array()) })
+        .map(|((&corners, uv), &material)| GpuTriangle {
+            corners,
+            material,
+            uv: uv.map(|v| v.to_array()),
+            padding: [0; 2],
+        })
         .collect()
 }
 

@@ -6,6 +6,8 @@ use crate::vk::shaders::host_matches_shader;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+/// Buffers that `glsl/include/scene.glsl` reads as texels.
+pub(super) const TEXEL_BUFFERS: usize = 9;
 /// "No texture".
 pub(super) const NONE: u32 = u32::MAX;
 pub(super) use crate::scene::texture::MAX_LEVELS;
@@ -46,7 +48,6 @@ pub(super) struct FrameUniform {
     pub emission_scale: f32,
     /// What radiance is multiplied by before tone mapping.
     pub exposure: f32,
-    pub tone_mapping: u32,
     pub emits_back: u32,
     /// Width of the square that textures are filtered over, pixels.
     pub filter_width: f32,
@@ -56,6 +57,8 @@ pub(super) struct FrameUniform {
     pub background_depth: f32,
     /// Of the drawn triangles to look up; 0 for all.
     pub lookup_stamp: u32,
+    /// To a multiple of an address.
+    pub padding: u32,
 }
 
 /// A triangle by its id.
@@ -65,6 +68,8 @@ pub(super) struct GpuTriangle {
     pub corners: [u32; 3],
     pub material: u32,
     pub uv: [[f32; 2]; 3],
+    /// To whole texels.
+    pub padding: [u32; 2],
 }
 
 /// A triangle in drawing order.
@@ -110,6 +115,8 @@ pub(super) struct GpuTexture {
     pub offset: [f32; 2],
     /// Index of each level's first texel.
     pub first: [u32; MAX_LEVELS],
+    /// To whole texels.
+    pub padding: u32,
 }
 
 /// A vertex slot.
@@ -158,7 +165,7 @@ host_matches_shader!(FrameUniform, frame, {
     drawn_list: DRAWN_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
     list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, drawn_pixels: DRAWN_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
-    exposure: EXPOSURE, tone_mapping: TONE_MAPPING, emits_back: EMITS_BACK, depth_of_inverse: DEPTH_OF_INVERSE, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
+    exposure: EXPOSURE, emits_back: EMITS_BACK, depth_of_inverse: DEPTH_OF_INVERSE, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
 });
 host_matches_shader!(GpuTriangle, triangle, { corners: CORNERS, material: MATERIAL, uv: UV });
 host_matches_shader!(GpuVisibilityTriangle, visibility_triangle, { corners: CORNERS, id: ID });

@@ -78,6 +78,7 @@ fn header(map: &TextureMap, texture: &Texture, start: u64) -> GpuTexture {
         scale: map.scale.to_array(),
         offset: map.offset.to_array(),
         first,
+        padding: 0,
     }
 }
 

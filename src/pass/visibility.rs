@@ -1,7 +1,7 @@
 //! Visibility: face ids and depth of everything the camera sees, and how many pixels each face covers.
 
 use super::depth::Depth;
-use super::frustum::Frustum;
+use super::options::RendererOptions;
 use super::scene_buffers::SceneBuffers;
 use super::targets::Targets;
 use crate::error::Result;
@@ -20,13 +20,15 @@ pub(super) struct Visibility {
 }
 
 impl Visibility {
-    pub(super) fn new(device: &Device, bindings: &Bindings, depth: Depth) -> Result<Self> {
+    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
+        let depth = options.depth;
         let desc = PipelineDesc {
             vertex: shaders::VISIBILITY_VERT,
             fragment: Some(shaders::VISIBILITY_FRAG),
             colour: &[ID_FORMAT],
             depth_stencil: Some(depth.format),
             colour_writes: ColourWrites::Replace,
+            constants: &options.constants(),
         };
         let with_mask = PipelineDesc {
             vertex: shaders::VISIBILITY_MASKED_VERT,
@@ -46,7 +48,7 @@ impl Visibility {
         })
     }
 
-    /// Draws all triangles that the frustum may hold, those without mask first so that the others are mostly hidden by depth; last what shares a plane, of
+    /// Draws what the frustum may hold, triangles without mask first so that the others are mostly hidden by depth; last what shares a plane, of
     /// which the order decides.
     pub(super) fn record<'a>(
         &'a self,
@@ -54,9 +56,8 @@ impl Visibility {
         bindings: &'a Bindings,
         targets: &'a Targets,
         scene: &SceneBuffers,
-        frustum: &Frustum,
+        [opaque, masked]: &[Vec<(u32, u32)>; 2],
     ) {
-        let (opaque, masked) = (scene.opaque.draws(frustum), scene.masked.draws(frustum));
         pass.render(&[&targets.ids], Some(&targets.visibility_depth), Load::Clear(self.depth.infinity()), |draws| {
             draws.bind(&self.opaque, bindings);
             draws.depth_stencil(self.depth.nearer());

@@ -74,7 +74,7 @@ impl Default for Display {
     }
 }
 
-/// Tone-mapping operators of the combine pass. The discriminant is what the shader switches on.
+/// Tone-mapping operators of the combine pass. The discriminant is the constant that the shader is made with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(u32)]
 pub enum ToneMapping {

@@ -1,4 +1,4 @@
-//! Buffers, addressed from shaders by device address.
+//! Buffers, addressed from shaders by device address, or read as texels.
 
 use super::device::{Device, Tracked};
 use super::{error, memory};
@@ -7,6 +7,34 @@ use ash::vk;
 use bytemuck::{NoUninit, Pod};
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::Allocation;
+
+/// What shaders read buffers as, where not by address.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Texel {
+    /// A 32-bit word.
+    Word,
+    /// Four of them.
+    Quad,
+}
+
+impl Texel {
+    const ALL: [Self; 2] = [Self::Word, Self::Quad];
+
+    /// Formats that all devices read buffers in.
+    const fn format(self) -> vk::Format {
+        match self {
+            Self::Word => vk::Format::R32_UINT,
+            Self::Quad => vk::Format::R32G32B32A32_UINT,
+        }
+    }
+
+    const fn bytes(self) -> u64 {
+        match self {
+            Self::Word => 4,
+            Self::Quad => 16,
+        }
+    }
+}
 
 /// Who writes and who reads a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -22,6 +50,8 @@ pub enum BufferUse {
 /// A buffer with its memory.
 pub struct Buffer {
     pub(super) raw: vk::Buffer,
+    /// It as whole texels of each sort, as far as a view may reach.
+    views: [vk::BufferView; 2],
     allocation: Option<Allocation>,
     size: u64,
     address: vk::DeviceAddress,
@@ -37,6 +67,7 @@ impl Buffer {
         let size = size.max(16);
         let flags = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::UNIFORM_BUFFER
+            | vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER
             | vk::BufferUsageFlags::SHADER_DEVICE_ADDRESS
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
@@ -46,7 +77,7 @@ impl Buffer {
         let raw =
             unsafe { core.raw.create_buffer(&info, None) }.map_err(|e| error(e, &format!("creating `{name}`")))?;
         let tracked = Tracked::new(core, raw, name);
-        let mut buffer = Self { raw, allocation: None, size, address: 0, tracked };
+        let mut buffer = Self { raw, views: [vk::BufferView::null(); 2], allocation: None, size, address: 0, tracked };
         // SAFETY: `raw` was just created.
         let requirements = unsafe { core.raw.get_buffer_memory_requirements(raw) };
         let location = match usage {
@@ -62,7 +93,28 @@ impl Buffer {
         // SAFETY: the buffer has memory and was created with SHADER_DEVICE_ADDRESS.
         buffer.address =
             unsafe { core.raw.get_buffer_device_address(&vk::BufferDeviceAddressInfo::default().buffer(raw)) };
+        for texel in Texel::ALL {
+            buffer.views[texel as usize] = buffer.view_as(texel, name)?;
+        }
         Ok(buffer)
+    }
+
+    fn view_as(&self, texel: Texel, name: &str) -> Result<vk::BufferView> {
+        let core = &self.tracked.core;
+        let range = texel.bytes() * (self.size / texel.bytes()).min(u64::from(core.max_texels));
+        let info = vk::BufferViewCreateInfo::default().buffer(self.raw).format(texel.format()).range(range);
+        // SAFETY: the buffer has memory and allows such views; the format is one that all devices read so.
+        unsafe { core.raw.create_buffer_view(&info, None) }.map_err(|e| error(e, &format!("viewing `{name}`")))
+    }
+
+    /// Whether all of it can be read as such texels.
+    #[must_use]
+    pub fn fits(&self, texel: Texel) -> bool {
+        self.size <= texel.bytes() * u64::from(self.tracked.core.max_texels)
+    }
+
+    pub(super) const fn texels(&self, texel: Texel) -> vk::BufferView {
+        self.views[texel as usize]
     }
 
     /// Size in bytes.
@@ -127,8 +179,13 @@ fn outside(doing: &str) -> Error {
 impl Drop for Buffer {
     fn drop(&mut self) {
         let core = &self.tracked.core;
-        // SAFETY: no recording borrows the buffer any more, and each is waited for.
-        unsafe { core.raw.destroy_buffer(self.raw, None) };
+        // SAFETY: no recording borrows the buffer any more, and each is waited for; null views are ignored.
+        unsafe {
+            for view in self.views {
+                core.raw.destroy_buffer_view(view, None);
+            }
+            core.raw.destroy_buffer(self.raw, None);
+        }
         if let Some(allocation) = self.allocation.take() {
             core.memory.free(allocation);
         }

@@ -1,17 +1,18 @@
-//! The one descriptor set that all passes share: a uniform buffer and the sampled images.
+//! The one descriptor set that all passes share: a uniform buffer, the sampled images, and buffers that are read as texels.
 //!
 //! Everything else is reached by device address from the uniform buffer, so no pass needs a set of its own.
 
-use super::buffer::Buffer;
+use super::buffer::{Buffer, Texel};
 use super::device::{Device, Tracked};
 use super::error;
 use super::image::Image;
 use crate::error::Result;
 use ash::vk;
 
-/// Set 0: binding 0 is the uniform buffer, 1, 2, … are the images; and the pipeline layout made of it.
+/// Set 0: binding 0 is the uniform buffer, 1, 2, … are the images, then come the texel buffers; and the pipeline layout made of it.
 pub struct Bindings {
     set_layout: vk::DescriptorSetLayout,
+    images: u32,
     pool: vk::DescriptorPool,
     pub(super) set: vk::DescriptorSet,
     pub(super) pipeline_layout: vk::PipelineLayout,
@@ -19,11 +20,11 @@ pub struct Bindings {
 }
 
 impl Bindings {
-    /// A set of one uniform buffer and `images` images, still to be written.
+    /// A set of one uniform buffer, `images` images and `texel_buffers` texel buffers, still to be written.
     ///
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when memory runs out.
-    pub fn new(device: &Device, name: &str, images: u32) -> Result<Self> {
+    pub fn new(device: &Device, name: &str, images: u32, texel_buffers: u32) -> Result<Self> {
         let core = &device.core;
         let stages = vk::ShaderStageFlags::VERTEX | vk::ShaderStageFlags::FRAGMENT;
         let binding = |number, kind| {
@@ -32,6 +33,7 @@ impl Bindings {
         };
         let bindings: Vec<_> = std::iter::once(binding(0, vk::DescriptorType::UNIFORM_BUFFER))
             .chain((1..=images).map(|i| binding(i, vk::DescriptorType::SAMPLED_IMAGE)))
+            .chain((0..texel_buffers).map(|i| binding(1 + images + i, vk::DescriptorType::UNIFORM_TEXEL_BUFFER)))
             .collect();
         let info = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
         // SAFETY: see the module's contract; the owner below undoes it on every later failure.
@@ -40,20 +42,24 @@ impl Bindings {
         let tracked = Tracked::new(core, set_layout, name);
         let mut this = Self {
             set_layout,
+            images,
             pool: vk::DescriptorPool::null(),
             set: vk::DescriptorSet::null(),
             pipeline_layout: vk::PipelineLayout::null(),
             tracked,
         };
-        this.allocate(name, images)?;
+        this.allocate(name, texel_buffers)?;
         Ok(this)
     }
 
-    fn allocate(&mut self, name: &str, images: u32) -> Result<()> {
+    fn allocate(&mut self, name: &str, texel_buffers: u32) -> Result<()> {
         let core = &self.tracked.core;
         let size = |kind, count| vk::DescriptorPoolSize::default().ty(kind).descriptor_count(count);
-        let sizes =
-            [size(vk::DescriptorType::UNIFORM_BUFFER, 1), size(vk::DescriptorType::SAMPLED_IMAGE, images.max(1))];
+        let sizes = [
+            size(vk::DescriptorType::UNIFORM_BUFFER, 1),
+            size(vk::DescriptorType::SAMPLED_IMAGE, self.images.max(1)),
+            size(vk::DescriptorType::UNIFORM_TEXEL_BUFFER, texel_buffers.max(1)),
+        ];
         let pool = vk::DescriptorPoolCreateInfo::default().max_sets(1).pool_sizes(&sizes);
         let layouts = [self.set_layout];
         // SAFETY: see the module's contract.
@@ -92,6 +98,20 @@ impl Bindings {
                 .dst_binding(binding)
                 .descriptor_type(vk::DescriptorType::SAMPLED_IMAGE)
                 .image_info(&info);
+            // SAFETY: the set is not in use, the view is alive.
+            unsafe { self.tracked.core.raw.update_descriptor_sets(&[write], &[]) };
+        }
+    }
+
+    /// Points the bindings behind the images at buffers, read as such texels. `&mut self`: no recording uses the set.
+    pub fn bind_texel_buffers(&mut self, buffers: &[(&Buffer, Texel)]) {
+        for (&(buffer, texel), binding) in buffers.iter().zip(1 + self.images..) {
+            let view = [buffer.texels(texel)];
+            let write = vk::WriteDescriptorSet::default()
+                .dst_set(self.set)
+                .dst_binding(binding)
+                .descriptor_type(vk::DescriptorType::UNIFORM_TEXEL_BUFFER)
+                .texel_buffer_view(&view);
             // SAFETY: the set is not in use, the view is alive.
             unsafe { self.tracked.core.raw.update_descriptor_sets(&[write], &[]) };
         }

@@ -41,6 +41,8 @@ pub(super) struct DeviceCore {
     pub(super) queue_family: u32,
     pub(super) timestamp_period_ns: Option<f32>,
     pub(super) memory: Memory,
+    /// Texels that a view of a buffer may have.
+    pub(super) max_texels: u32,
     pub(super) debug: Option<ext::debug_utils::Device>,
     live: Mutex<BTreeMap<u64, String>>,
     physical: vk::PhysicalDevice,
@@ -124,8 +126,8 @@ impl DeviceCore {
         };
         let timestamp_period_ns = chosen.timestamp_period_ns;
         let (queue, live) = (Mutex::new(queue), Mutex::default());
-        let physical = chosen.raw;
-        Ok(Self { raw, queue, queue_family, timestamp_period_ns, memory, debug, live, physical, instance })
+        let (physical, max_texels) = (chosen.raw, chosen.max_texels);
+        Ok(Self { raw, queue, queue_family, timestamp_period_ns, memory, max_texels, debug, live, physical, instance })
     }
 
     /// What the device allows images made as `info` says.

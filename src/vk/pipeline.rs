@@ -21,6 +21,8 @@ pub struct PipelineDesc<'a> {
     pub depth_stencil: Option<vk::Format>,
     /// How colour is written.
     pub colour_writes: ColourWrites,
+    /// Values of the shaders' specialisation constants 0, 1, …
+    pub constants: &'a [u32],
 }
 
 /// How a pipeline writes colour.
@@ -90,8 +92,12 @@ impl Pipeline {
         let core = &device.core;
         let vertex = Module::new(core, desc.vertex)?;
         let fragment = desc.fragment.map(|code| Module::new(core, code)).transpose()?;
+        let entries: Vec<_> = (0..desc.constants.len() as u32).map(constant).collect();
+        let constants =
+            vk::SpecializationInfo::default().map_entries(&entries).data(bytemuck::cast_slice(desc.constants));
         let stages: Vec<_> = std::iter::once(vertex.stage(vk::ShaderStageFlags::VERTEX))
             .chain(fragment.as_ref().map(|f| f.stage(vk::ShaderStageFlags::FRAGMENT)))
+            .map(|stage| stage.specialization_info(&constants))
             .collect();
         let raw = create(core, &stages, bindings.pipeline_layout, desc, name)?;
         let has_depth_stencil = desc.depth_stencil.is_some();
@@ -104,6 +110,11 @@ impl Drop for Pipeline {
         // SAFETY: no recording uses it any more.
         unsafe { self.tracked.core.raw.destroy_pipeline(self.raw, None) };
     }
+}
+
+/// Where the value of a constant lies in [`PipelineDesc::constants`].
+const fn constant(id: u32) -> vk::SpecializationMapEntry {
+    vk::SpecializationMapEntry { constant_id: id, offset: 4 * id, size: 4 }
 }
 
 /// A shader module, needed only while pipelines are made.

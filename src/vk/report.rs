@@ -98,6 +98,8 @@ pub(super) struct Candidate {
     pub(super) timestamp_period_ns: Option<f32>,
     /// Largest single allocation, bytes.
     pub(super) max_allocation: u64,
+    /// Texels that a view of a buffer may have.
+    pub(super) max_texels: u32,
     /// 0 for the best kind.
     pub(super) rank: u32,
 }
@@ -183,6 +185,7 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
         depth_stencil,
         timestamp_period_ns: has_timestamps.then_some(basic.limits.timestamp_period),
         max_allocation,
+        max_texels: basic.limits.max_texel_buffer_elements,
         rank,
     }
 }

@@ -10,6 +10,7 @@ mod device;
 mod frame;
 mod luminance;
 mod patches;
+mod texel_buffers;
 mod timing;
 mod update_modes;
 mod visibility;

@@ -28,7 +28,8 @@ fn full(update_mode: UpdateMode) -> FrameOptions {
 
 fn renderer(device: &Arc<Device>, format: Option<DepthFormat>, order: DepthOrder, modes: &[UpdateMode]) -> Renderer {
     let depth = Depth::new(device, format, order).unwrap();
-    let options = RendererOptions { depth, modes: modes.to_vec(), count_writes: true, atomic_counts: false };
+    let (modes, made) = (modes.to_vec(), RendererOptions::new(device).unwrap());
+    let options = RendererOptions { depth, modes, count_writes: true, ..made };
     Renderer::with_options(Arc::clone(device), SIZE, options).unwrap()
 }
 
@@ -132,7 +133,8 @@ fn queries_counters_and_histogram_agree() {
     let Some(device) = device() else { return };
     let modes = [UpdateMode::Stencil, UpdateMode::Id, UpdateMode::DepthBias, UpdateMode::Lookup];
     let depth = Depth::new(&device, None, DepthOrder::Reversed).unwrap();
-    let options = RendererOptions { depth, modes: modes.to_vec(), count_writes: true, atomic_counts: true };
+    let made = RendererOptions::new(&device).unwrap();
+    let options = RendererOptions { depth, modes: modes.to_vec(), count_writes: true, atomic_counts: true, ..made };
     let mut renderer = Renderer::with_options(Arc::clone(&device), SIZE, options).unwrap();
     for mode in modes {
         let scene = terrain(20);
