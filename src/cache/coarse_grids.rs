@@ -25,7 +25,8 @@ const FLAT: f32 = 1.0 / 3.0;
 /// Base vertices by place, a grid a spacing.
 #[derive(Clone, Debug, Default)]
 pub struct CoarseGrids {
-    grids: [FxHashMap<IVec3, Vec<VertexId>>; LEVELS],
+    /// With their positions: most are too far off to be looked at.
+    grids: [FxHashMap<IVec3, Vec<(VertexId, Vec3)>>; LEVELS],
     /// Entries of all cells.
     entries: usize,
 }
@@ -56,13 +57,13 @@ impl CoarseGrids {
     pub(super) fn add(&mut self, vertex: VertexId, position: Vec3, from: usize, scale: f32) {
         for level in from..LEVELS {
             self.entries += 1;
-            self.grids[level].entry(cell(scale, level, position)).or_default().push(vertex);
+            self.grids[level].entry(cell(scale, level, position)).or_default().push((vertex, position));
         }
     }
 
     /// Bytes held, but for room in the cells' lists.
     pub(super) fn bytes(&self) -> usize {
-        self.grids.iter().map(map_bytes).sum::<usize>() + self.entries * size_of::<VertexId>()
+        self.grids.iter().map(map_bytes).sum::<usize>() + self.entries * size_of::<(VertexId, Vec3)>()
     }
 
     /// The nearest vertices of a level or coarser on the same side of the same surface as `here`, nearest first.
@@ -77,8 +78,10 @@ impl CoarseGrids {
         let mut found = Neighbours::new();
         for i in 0..27 {
             let cell = centre + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-            for &other in self.grids[level].get(&cell).into_iter().flatten() {
-                if let Some(near) = related(here, &vertices[other], other).filter(|near| near.distance <= within) {
+            for &(vertex, position) in self.grids[level].get(&cell).into_iter().flatten() {
+                let offset = position - here.position;
+                let near = Near { vertex, offset, distance: offset.length() };
+                if near.distance <= within && is_wanted(&found, &near) && near.is_related(here, &vertices[vertex]) {
                     insert(&mut found, near);
                 }
             }
@@ -87,20 +90,27 @@ impl CoarseGrids {
     }
 }
 
-/// How far another vertex lies from one, if it is on the same side of the same surface.
-fn related(here: &Vertex, there: &Vertex, other: VertexId) -> Option<Near> {
-    let offset = there.position - here.position;
-    let near = Near { vertex: other, offset, distance: offset.length() };
-    let normals = here.normal() + there.normal();
-    let is_flat = offset.dot(normals).abs() * 0.5 <= near.distance * FLAT;
-    (here.normal().dot(there.normal()) > SAME_SIDE && is_flat).then_some(near)
+impl Near {
+    /// Whether it is on the same side of the same surface as the other.
+    fn is_related(&self, here: &Vertex, there: &Vertex) -> bool {
+        let normals = here.normal() + there.normal();
+        let is_flat = self.offset.dot(normals).abs() * 0.5 <= self.distance * FLAT;
+        here.normal().dot(there.normal()) > SAME_SIDE && is_flat
+    }
+
+    fn comes_before(&self, other: &Self) -> bool {
+        (self.distance, self.vertex) < (other.distance, other.vertex)
+    }
+}
+
+/// Whether one is among the nearest few.
+fn is_wanted(found: &Neighbours, near: &Near) -> bool {
+    found.len() < MOST_PARENTS || found.last().is_none_or(|last| near.comes_before(last))
 }
 
 /// Keeps the nearest few in order.
 fn insert(found: &mut Neighbours, near: Near) {
-    let at = found.partition_point(|n| (n.distance, n.vertex) < (near.distance, near.vertex));
-    if at < MOST_PARENTS {
-        found.truncate(MOST_PARENTS - 1);
-        found.insert(at, near);
-    }
+    let at = found.partition_point(|other| other.comes_before(&near));
+    found.truncate(MOST_PARENTS - 1);
+    found.insert(at, near);
 }

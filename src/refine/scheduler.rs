@@ -3,10 +3,10 @@
 //! Keys are brought up to date lazily. A task that has become worth less is found when it comes up, and put back; one
 //! that has become worth more is pushed again, and what was queued for it before is void.
 
+use super::bands::Bands;
 use crate::cache::ids::{NodeId, VertexId};
 use crate::cache::pool::Table;
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
 
 /// A piece of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,9 +53,9 @@ struct Ticket {
 /// The queue of everything that is worth doing.
 #[derive(Debug, Default)]
 pub struct Scheduler {
-    heap: BinaryHeap<Entry>,
+    heap: Bands<Entry>,
     /// Pixel checks, whose keys count by a miss rate that is still being learnt.
-    checks: BinaryHeap<Entry>,
+    checks: Bands<Entry>,
     serial: u32,
     first_visits: usize,
     vertices: Table<VertexId, [Ticket; 3]>,
@@ -69,8 +69,7 @@ impl Scheduler {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let entries = self.heap.capacity() + self.checks.capacity();
-        entries * size_of::<Entry>() + self.vertices.bytes() + self.nodes.bytes()
+        self.heap.bytes() + self.checks.bytes() + self.vertices.bytes() + self.nodes.bytes()
     }
 
     /// Drops everything.
@@ -153,7 +152,8 @@ impl Scheduler {
         let ticket = self.ticket(task);
         ticket.waiting = key;
         let entry = Entry { key, task, version: ticket.version, serial };
-        if matches!(task, Task::CheckPixels(_)) { self.checks.push(entry) } else { self.heap.push(entry) }
+        let queue = if matches!(task, Task::CheckPixels(_)) { &mut self.checks } else { &mut self.heap };
+        queue.push(key, entry);
     }
 
     /// Whether a task waits.
