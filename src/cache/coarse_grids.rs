@@ -48,8 +48,13 @@ pub(super) fn spacing(scale: f32, level: usize) -> f32 {
     scale * WIDEST * RATIO.powi(-(level as i32))
 }
 
+/// How far coarser vertices are looked for, scene units.
+pub(super) fn within(scale: f32, level: usize) -> f32 {
+    spacing(scale, level) * WITHIN
+}
+
 fn cell(scale: f32, level: usize, position: Vec3) -> IVec3 {
-    (position / (spacing(scale, level) * WITHIN)).floor().as_ivec3()
+    (position / within(scale, level)).floor().as_ivec3()
 }
 
 impl CoarseGrids {
@@ -74,23 +79,23 @@ impl CoarseGrids {
         level: usize,
         scale: f32,
     ) -> Neighbours {
-        let (centre, within) = (cell(scale, level, here.position), spacing(scale, level) * WITHIN);
+        let (centre, within) = (cell(scale, level, here.position), within(scale, level));
         let mut found = Neighbours::new();
         for i in 0..27 {
             let cell = centre + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-            for &(vertex, position) in self.grids[level].get(&cell).into_iter().flatten() {
-                let offset = position - here.position;
-                let near = Near { vertex, offset, distance: offset.length() };
-                if near.distance <= within && is_wanted(&found, &near) && near.is_related(here, &vertices[vertex]) {
-                    insert(&mut found, near);
-                }
-            }
+            let others = self.grids[level].get(&cell).into_iter().flatten().copied();
+            insert_near(&mut found, others, (vertices, here), within);
         }
         found
     }
 }
 
 impl Near {
+    fn at(vertex: VertexId, position: Vec3, here: &Vertex) -> Self {
+        let offset = position - here.position;
+        Self { vertex, offset, distance: offset.length() }
+    }
+
     /// Whether it is on the same side of the same surface as the other.
     fn is_related(&self, here: &Vertex, there: &Vertex) -> bool {
         let normals = here.normal() + there.normal();
@@ -106,6 +111,21 @@ impl Near {
 /// Whether one is among the nearest few.
 fn is_wanted(found: &Neighbours, near: &Near) -> bool {
     found.len() < MOST_PARENTS || found.last().is_none_or(|last| near.comes_before(last))
+}
+
+/// Adds those of others, with their positions, that are near a vertex, too.
+pub(super) fn insert_near(
+    found: &mut Neighbours,
+    others: impl Iterator<Item = (VertexId, Vec3)>,
+    (vertices, here): (&Pool<VertexId, Vertex>, &Vertex),
+    within: f32,
+) {
+    for (vertex, position) in others {
+        let near = Near::at(vertex, position, here);
+        if near.distance <= within && is_wanted(found, &near) && near.is_related(here, &vertices[vertex]) {
+            insert(found, near);
+        }
+    }
 }
 
 /// Keeps the nearest few in order.

@@ -41,10 +41,15 @@ impl<E: Ord> Bands<E> {
 
     /// Takes the greatest entry.
     pub fn pop(&mut self) -> Option<E> {
-        let entry = self.heaps.get_mut(self.greatest)?.pop()?;
+        let heap = self.heaps.get_mut(self.greatest)?;
+        let entry = heap.pop()?;
         self.len -= 1;
-        while self.len > 0 && self.heaps[self.greatest].is_empty() {
-            self.greatest -= 1;
+        if heap.is_empty() {
+            // Bands above the greatest are seldom needed again.
+            *heap = BinaryHeap::new();
+            while self.len > 0 && self.heaps[self.greatest].is_empty() {
+                self.greatest -= 1;
+            }
         }
         Some(entry)
     }

@@ -78,7 +78,7 @@ impl Engine {
             return;
         }
         let base = self.corners_of_all(roots);
-        let placed = self.predictions.place(&mut self.cache, &base);
+        let placed = self.predictions.place(&mut self.cache, &base, &self.workers);
         if self.cache.indirect.has_gathered() {
             let written = self.refresh_unseen(&placed);
             self.publisher.note_changed(&written);
