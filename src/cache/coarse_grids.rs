@@ -25,7 +25,8 @@ const FLAT: f32 = 1.0 / 3.0;
 /// Base vertices by place, a grid a spacing.
 #[derive(Clone, Debug, Default)]
 pub struct CoarseGrids {
-    grids: [FxHashMap<IVec3, Vec<VertexId>>; LEVELS],
+    /// With their positions: most are too far off to be looked at.
+    grids: [FxHashMap<IVec3, Vec<(VertexId, Vec3)>>; LEVELS],
     /// Entries of all cells.
     entries: usize,
 }
@@ -47,8 +48,13 @@ pub(super) fn spacing(scale: f32, level: usize) -> f32 {
     scale * WIDEST * RATIO.powi(-(level as i32))
 }
 
+/// How far coarser vertices are looked for, scene units.
+pub(super) fn within(scale: f32, level: usize) -> f32 {
+    spacing(scale, level) * WITHIN
+}
+
 fn cell(scale: f32, level: usize, position: Vec3) -> IVec3 {
-    (position / (spacing(scale, level) * WITHIN)).floor().as_ivec3()
+    (position / within(scale, level)).floor().as_ivec3()
 }
 
 impl CoarseGrids {
@@ -56,13 +62,13 @@ impl CoarseGrids {
     pub(super) fn add(&mut self, vertex: VertexId, position: Vec3, from: usize, scale: f32) {
         for level in from..LEVELS {
             self.entries += 1;
-            self.grids[level].entry(cell(scale, level, position)).or_default().push(vertex);
+            self.grids[level].entry(cell(scale, level, position)).or_default().push((vertex, position));
         }
     }
 
     /// Bytes held, but for room in the cells' lists.
     pub(super) fn bytes(&self) -> usize {
-        self.grids.iter().map(map_bytes).sum::<usize>() + self.entries * size_of::<VertexId>()
+        self.grids.iter().map(map_bytes).sum::<usize>() + self.entries * size_of::<(VertexId, Vec3)>()
     }
 
     /// The nearest vertices of a level or coarser on the same side of the same surface as `here`, nearest first.
@@ -73,34 +79,58 @@ impl CoarseGrids {
         level: usize,
         scale: f32,
     ) -> Neighbours {
-        let (centre, within) = (cell(scale, level, here.position), spacing(scale, level) * WITHIN);
+        let (centre, within) = (cell(scale, level, here.position), within(scale, level));
         let mut found = Neighbours::new();
         for i in 0..27 {
             let cell = centre + IVec3::new(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-            for &other in self.grids[level].get(&cell).into_iter().flatten() {
-                if let Some(near) = related(here, &vertices[other], other).filter(|near| near.distance <= within) {
-                    insert(&mut found, near);
-                }
-            }
+            let others = self.grids[level].get(&cell).into_iter().flatten().copied();
+            insert_near(&mut found, others, (vertices, here), within);
         }
         found
     }
 }
 
-/// How far another vertex lies from one, if it is on the same side of the same surface.
-fn related(here: &Vertex, there: &Vertex, other: VertexId) -> Option<Near> {
-    let offset = there.position - here.position;
-    let near = Near { vertex: other, offset, distance: offset.length() };
-    let normals = here.normal() + there.normal();
-    let is_flat = offset.dot(normals).abs() * 0.5 <= near.distance * FLAT;
-    (here.normal().dot(there.normal()) > SAME_SIDE && is_flat).then_some(near)
+impl Near {
+    fn at(vertex: VertexId, position: Vec3, here: &Vertex) -> Self {
+        let offset = position - here.position;
+        Self { vertex, offset, distance: offset.length() }
+    }
+
+    /// Whether it is on the same side of the same surface as the other.
+    fn is_related(&self, here: &Vertex, there: &Vertex) -> bool {
+        let normals = here.normal() + there.normal();
+        let is_flat = self.offset.dot(normals).abs() * 0.5 <= self.distance * FLAT;
+        here.normal().dot(there.normal()) > SAME_SIDE && is_flat
+    }
+
+    fn comes_before(&self, other: &Self) -> bool {
+        (self.distance, self.vertex) < (other.distance, other.vertex)
+    }
+}
+
+/// Whether one is among the nearest few.
+fn is_wanted(found: &Neighbours, near: &Near) -> bool {
+    found.len() < MOST_PARENTS || found.last().is_none_or(|last| near.comes_before(last))
+}
+
+/// Adds those of others, with their positions, that are near a vertex, too.
+pub(super) fn insert_near(
+    found: &mut Neighbours,
+    others: impl Iterator<Item = (VertexId, Vec3)>,
+    (vertices, here): (&Pool<VertexId, Vertex>, &Vertex),
+    within: f32,
+) {
+    for (vertex, position) in others {
+        let near = Near::at(vertex, position, here);
+        if near.distance <= within && is_wanted(found, &near) && near.is_related(here, &vertices[vertex]) {
+            insert(found, near);
+        }
+    }
 }
 
 /// Keeps the nearest few in order.
 fn insert(found: &mut Neighbours, near: Near) {
-    let at = found.partition_point(|n| (n.distance, n.vertex) < (near.distance, near.vertex));
-    if at < MOST_PARENTS {
-        found.truncate(MOST_PARENTS - 1);
-        found.insert(at, near);
-    }
+    let at = found.partition_point(|other| other.comes_before(&near));
+    found.truncate(MOST_PARENTS - 1);
+    found.insert(at, near);
 }

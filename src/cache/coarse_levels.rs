@@ -5,11 +5,11 @@
 //! of up to six coarser ones around it, by moving least squares, until it has gathered itself.
 
 use super::between::Between;
-use super::coarse_grids::{LEVELS, MOST_PARENTS, Near, Neighbours, spacing};
+use super::coarse_grids::{LEVELS, MOST_PARENTS, Near, Neighbours, insert_near, spacing, within};
 use super::ids::{SlotId, VertexId};
 use super::pieces::Piece;
 use super::store::Cache;
-use glam::{Mat4, Vec4};
+use glam::{Mat4, Vec3, Vec4};
 use smallvec::SmallVec;
 
 /// Damping of the slopes of the least-squares fit.
@@ -17,28 +17,60 @@ const RIDGE: f32 = 0.03;
 /// Bounds of a weight: extrapolation must not run wild.
 const WEIGHTS: [f32; 2] = [-0.3, 1.3];
 
+/// Vertices of each level or coarser around a base vertex, nearest first.
+pub struct Around([Neighbours; LEVELS]);
+
+/// A base vertex in the order.
+pub struct Placed {
+    vertex: VertexId,
+    /// The level at which it is far enough from others.
+    level: usize,
+    /// The coarser vertices that predict it.
+    parents: Neighbours,
+}
+
+/// Slots that predict one, with their weights.
+pub struct PredictedBy {
+    slot: SlotId,
+    of: SmallVec<[(SlotId, f32); MOST_PARENTS]>,
+}
+
 impl Cache {
-    /// Takes a base vertex into the order, below the coarser ones that are there already; once for each vertex.
-    pub fn place_in_coarse_levels(&mut self, vertex: VertexId) {
-        let (level, parents) = self.place_among_coarser(vertex);
-        self.coarse.add(vertex, self.vertices[vertex].position, level, self.scale);
-        let slots: SmallVec<[SlotId; 4]> = self.slots_of(vertex).collect();
-        for slot in slots {
-            self.slots[slot].rank = level as u8;
-            if !parents.is_empty() {
-                self.predict_by(slot, &parents);
-            }
+    /// What is in the order already around a base vertex.
+    #[must_use]
+    pub fn around_in_coarse_levels(&self, vertex: VertexId) -> Around {
+        let here = &self.vertices[vertex];
+        Around(std::array::from_fn(|level| match self.without.has(Piece::CoarseLevels) {
+            true => Neighbours::new(),
+            false => self.coarse.near(&self.vertices, here, level, self.scale),
+        }))
+    }
+
+    /// Takes base vertices into the order, one after the other, each below the coarser ones that are there already: what was
+    /// there before them all is `around` each. Once for each vertex.
+    pub fn place_in_coarse_levels(&mut self, vertices: &[VertexId], around: Vec<Around>) -> Vec<Placed> {
+        let mut placed: Vec<Placed> = Vec::with_capacity(vertices.len());
+        for (&vertex, around) in vertices.iter().zip(around) {
+            placed.push(self.place_among_coarser(vertex, around, &placed));
         }
+        for &Placed { vertex, level, .. } in &placed {
+            self.coarse.add(vertex, self.vertices[vertex].position, level, self.scale);
+            let slots: SmallVec<[SlotId; 4]> = self.slots_of(vertex).collect();
+            slots.into_iter().for_each(|slot| self.slots[slot].rank = level as u8);
+        }
+        placed
     }
 
     /// The level at which a base vertex is far enough from others, and the coarser vertices that predict it.
-    fn place_among_coarser(&self, vertex: VertexId) -> (usize, Neighbours) {
+    fn place_among_coarser(&self, vertex: VertexId, around: Around, placed: &[Placed]) -> Placed {
         let (mut level, mut parents) = (LEVELS, Neighbours::new());
         if self.without.has(Piece::CoarseLevels) {
-            return (0, parents);
+            return Placed { vertex, level: 0, parents };
         }
-        for l in 0..LEVELS {
-            let near = self.coarse.near(&self.vertices, &self.vertices[vertex], l, self.scale);
+        for (l, mut near) in (0..).zip(around.0) {
+            let fresh = placed.iter().filter(|other| other.level <= l);
+            let fresh = fresh.map(|other| (other.vertex, self.vertices[other.vertex].position));
+            insert_near(&mut near, fresh, (&self.vertices, &self.vertices[vertex]), within(self.scale, l));
             let alone = near.first().is_none_or(|n| n.distance > spacing(self.scale, l));
             if l == 0 || !alone {
                 parents = near;
@@ -50,7 +82,7 @@ impl Cache {
         }
         // Of the coarsest, the older predict the younger.
         parents.retain(|parent| level > 0 || parent.vertex < vertex);
-        (level, parents)
+        Placed { vertex, level, parents }
     }
 
     /// Slots that predict a base vertex, with their weights.
@@ -59,18 +91,30 @@ impl Cache {
         between.into_iter().flat_map(|between| between.of.iter().copied())
     }
 
-    /// Notes which slots predict one.
-    fn predict_by(&mut self, slot: SlotId, parents: &[Near]) {
-        let normal = self.slots[slot].normal;
-        let look = |parent: VertexId| {
+    /// Which slots predict those of a base vertex.
+    #[must_use]
+    pub fn predicted_by(&self, placed: &Placed) -> SmallVec<[PredictedBy; 2]> {
+        let parents = &placed.parents;
+        if parents.is_empty() {
+            return SmallVec::new();
+        }
+        let radius = parents.iter().map(|p| p.distance).fold(0.0, f32::max) * 1.1;
+        let weights = least_squares_weights(parents, radius);
+        let look = |parent: VertexId, normal: Vec3| {
             let cosine = |s: &SlotId| self.slots[*s].normal.dot(normal);
             self.slots_of(parent).max_by(|a, b| cosine(a).total_cmp(&cosine(b)))
         };
-        let radius = parents.iter().map(|p| p.distance).fold(0.0, f32::max) * 1.1;
-        let weights = least_squares_weights(parents, radius);
-        let of = parents.iter().zip(weights).filter_map(|(parent, weight)| Some((look(parent.vertex)?, weight)));
-        let of: SmallVec<[(SlotId, f32); MOST_PARENTS]> = of.collect();
-        self.note_between(slot, Between { of: &of, coarse: true });
+        let predicted_by = |slot: SlotId| {
+            let normal = self.slots[slot].normal;
+            let of = parents.iter().zip(&weights);
+            PredictedBy { slot, of: of.filter_map(|(p, &weight)| Some((look(p.vertex, normal)?, weight))).collect() }
+        };
+        self.slots_of(placed.vertex).map(predicted_by).collect()
+    }
+
+    /// Notes which slots predict one.
+    pub fn note_predicted_by(&mut self, PredictedBy { slot, of }: &PredictedBy) {
+        self.note_between(*slot, Between { of, coarse: true });
     }
 }
 
@@ -98,7 +142,6 @@ fn least_squares_weights(places: &[Near], radius: f32) -> SmallVec<[f32; MOST_PA
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     fn places(offsets: &[Vec3]) -> Vec<Near> {
         offsets.iter().map(|&offset| Near { vertex: VertexId(0), offset, distance: offset.length() }).collect()

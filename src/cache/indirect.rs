@@ -1,6 +1,7 @@
 //! Indirect light shown at slots: what they have gathered, what those around them predict, or both by what they are
 //! worth.
 
+use super::ascending::ascending;
 use super::between::Between;
 use super::ids::{SlotId, VertexId};
 use super::prediction::Prediction;
@@ -11,15 +12,26 @@ use crate::estimate::light_vector::LightVector;
 use crate::light::lighting::Lighting;
 use crate::math::luminance;
 use glam::Vec3;
-use std::collections::BTreeMap;
 use std::f32::consts::PI;
 use std::sync::Arc;
 
 /// S of slots for one eye, as far as they show any.
 pub type SpecularTable = Sparse<SlotId, Specular>;
 
-/// Evaluates slots, each by itself, in their order; on several threads if there are many.
-pub type Evaluate<'a> = &'a dyn Fn(&[SlotId], &(dyn Fn(SlotId) -> SlotLight + Sync)) -> Vec<SlotLight>;
+/// Evaluates runs of slots, each by itself, in their order; on several threads if there are many.
+pub type Evaluate<'a> = &'a dyn Fn(&[SlotId], EvaluateRun<'_>) -> Vec<Evaluated>;
+
+/// Evaluates a run of slots.
+pub type EvaluateRun<'a> = &'a (dyn Fn(&[SlotId]) -> Evaluated + Sync);
+
+/// A run of slots evaluated.
+#[derive(Debug)]
+pub struct Evaluated {
+    /// What they show, in their order.
+    lights: Vec<SlotLight>,
+    /// Slots inside the faces that they predict.
+    predicted: Vec<SlotId>,
+}
 
 /// Standard error of a guess from before the lights changed, against the value.
 const STALE_ERROR: f32 = 0.25;
@@ -83,26 +95,41 @@ impl Cache {
         (position, specular): (Vec3, &mut SpecularTable),
         evaluate: Evaluate<'_>,
     ) -> Vec<SlotId> {
-        let mut due: BTreeMap<u8, Vec<SlotId>> = BTreeMap::new();
-        slots.iter().for_each(|&slot| due.entry(self.slots[slot].rank).or_default().push(slot));
-        let mut written = Vec::with_capacity(slots.len());
-        while let Some((_, mut wave)) = due.pop_first() {
-            wave.sort_unstable();
-            wave.dedup();
+        let mut waves: Vec<Vec<SlotId>> = Vec::new();
+        self.add_by_rank(slots, &mut waves);
+        let (mut written, mut rank) = (Vec::with_capacity(slots.len()), 0);
+        while rank < waves.len() {
+            let mut wave = std::mem::take(&mut waves[rank]);
+            ascending(&mut wave);
             let (cache, eye) = (&*self, Eye { position, specular });
-            let lights = evaluate(&wave, &|slot| cache.indirect_light(slot, eye));
-            for (&slot, light) in wave.iter().zip(lights) {
+            let found = evaluate(&wave, &|run| cache.evaluate_run(run, eye));
+            found.iter().for_each(|run| cache.add_by_rank(&run.predicted, &mut waves));
+            for (&slot, light) in wave.iter().zip(found.iter().flat_map(|run| &run.lights)) {
                 self.slots[slot].indirect = light.kept();
                 specular.update(slot, |shown| shown.indirect = light.specular);
-                for next in self.lying_between(slot) {
-                    if !self.indirect.is_sampled(next) {
-                        due.entry(self.slots[next].rank).or_default().push(next);
-                    }
-                }
             }
             written.append(&mut wave);
+            rank += 1;
         }
         written
+    }
+
+    /// Adds slots to the waves of their ranks.
+    fn add_by_rank(&self, slots: &[SlotId], waves: &mut Vec<Vec<SlotId>>) {
+        for &slot in slots {
+            let rank = usize::from(self.slots[slot].rank);
+            if rank >= waves.len() {
+                waves.resize_with(rank + 1, Vec::new);
+            }
+            waves[rank].push(slot);
+        }
+    }
+
+    fn evaluate_run(&self, slots: &[SlotId], eye: Eye<'_>) -> Evaluated {
+        let is_predicted = |next: &SlotId| !self.indirect.is_sampled(*next);
+        let mut predicted = Vec::new();
+        slots.iter().for_each(|&slot| predicted.extend(self.lying_between(slot).filter(is_predicted)));
+        Evaluated { lights: slots.iter().map(|&slot| self.indirect_light(slot, eye)).collect(), predicted }
     }
 
     /// Indirect light of a slot: what it has gathered, what those around it predict, or both by what they are worth.
@@ -154,8 +181,8 @@ mod tests {
     use super::super::testing::{Rooted, known, square};
     use super::*;
 
-    fn one_by_one(slots: &[SlotId], light: &(dyn Fn(SlotId) -> SlotLight + Sync)) -> Vec<SlotLight> {
-        slots.iter().map(|&slot| light(slot)).collect()
+    fn one_by_one(slots: &[SlotId], evaluate: EvaluateRun<'_>) -> Vec<Evaluated> {
+        slots.chunks(1).map(evaluate).collect()
     }
 
     /// A square split once: the middle of the first triangle's diagonal, and the ends of it, which show 1 and 3.

@@ -1,5 +1,6 @@
 //! The light cache: what is true of the light in a scene whatever is looked at.
 
+pub mod ascending;
 pub mod between;
 pub mod bytes;
 mod cell_table;

@@ -243,6 +243,20 @@ impl Topology {
         std::iter::successors(Some(leaf), coarse).last().unwrap_or(leaf)
     }
 
+    /// All nodes above some, those above several several times, as long as these do not follow each other.
+    pub fn above(&self, nodes: &[NodeId]) -> Vec<NodeId> {
+        let (mut above, mut last) = (Vec::new(), None);
+        for &node in nodes {
+            let up = |id: &NodeId| self.nodes[*id].parent.get();
+            let parent = up(&node);
+            if parent != last {
+                above.extend(std::iter::successors(parent, up));
+                last = parent;
+            }
+        }
+        above
+    }
+
     /// The leaves of a tree in the indirect layer, depth first.
     pub fn indirect_leaves(&self, root: NodeId, out: &mut Vec<NodeId>) {
         match self.nodes[root].children().filter(|_| self.nodes[root].indirect_split) {

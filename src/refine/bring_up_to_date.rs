@@ -74,6 +74,9 @@ impl Engine {
         let outdated = self.view.faces.outdated_index(face);
         outdated.into_iter().for_each(|index| self.bring_up_to_date(&[index]));
         let gone = self.cache.root_of(face).filter(|&root| !self.is_face_in_view(root));
+        if outdated.is_some() || gone.is_some() {
+            self.scheduler.stop_judging();
+        }
         let is_shown = self.view.sees(leaf) || self.view.indirect[leaf].pixels > 0.0;
         gone.into_iter().filter(|_| is_shown).for_each(|root| self.hide(&[root]));
         outdated.is_some() || gone.is_some()

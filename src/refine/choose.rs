@@ -19,6 +19,9 @@ const MOST_TASKS: u64 = 512;
 const DIRECT_RAYS: f32 = 65536.0;
 /// Gather rays of a batch for each task that it may hold.
 const GATHER_RAYS_A_TASK: u64 = 128;
+/// Tasks that are judged ahead, and those that take some ten microseconds.
+const AHEAD: usize = 128;
+const FEW: usize = 16;
 /// A task whose key has fallen below this share of what it was queued with goes back into the queue.
 const STALE: f32 = 0.8;
 
@@ -48,18 +51,35 @@ impl Engine {
                 work.checks.push(leaf);
                 continue;
             }
-            let Some((task, queued)) = self.scheduler.pop() else { break };
+            if !self.scheduler.has_judged() {
+                self.judge_ahead();
+            }
+            let Some((task, queued, judged)) = self.scheduler.pop_judged() else { break };
             if self.awaits_rounds(task) || self.catch_up(task) {
                 continue;
             }
-            let Some(key) = self.current_key(task) else { continue };
+            let key = judged.unwrap_or_else(|| self.key_or_none(task));
             if key < queued * STALE {
                 self.scheduler.offer(task, key);
             } else {
                 self.take(task, &mut work);
             }
         }
+        self.scheduler.stop_judging();
         work
+    }
+
+    /// Judges the next tasks on all workers.
+    fn judge_ahead(&mut self) {
+        let tasks = self.scheduler.look_ahead(AHEAD);
+        let judge = |run: &[Task]| run.iter().map(|&task| self.key_or_none(task)).collect::<Vec<_>>();
+        let keys = self.workers.map_chunks(&tasks, FEW, judge);
+        self.scheduler.note_judged(keys.into_iter().flatten());
+    }
+
+    /// What a task is worth now: nothing if it is void.
+    fn key_or_none(&self, task: Task) -> f32 {
+        self.current_key(task).unwrap_or(0.0)
     }
 
     /// Takes a leaf to be checked, if one is worth more than the next task or it is time for one.

@@ -6,6 +6,7 @@ use super::options::Piece;
 use super::scheduler::Task;
 use super::view::VertexView;
 use super::work::{Grown, Lit, SplitLeaf, Work};
+use crate::cache::ascending::ascending;
 use crate::cache::direct::{self, Job, Wanted};
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::luminance;
@@ -38,8 +39,7 @@ impl Engine {
     pub(super) fn light(&mut self, work: &Work, grown: Grown) -> Lit {
         self.run(&grown.jobs);
         let mut changed: Vec<VertexId> = grown.jobs.iter().map(|job| job.vertex).collect();
-        changed.sort_unstable();
-        changed.dedup();
+        ascending(&mut changed);
         let mut slots = self.slots_of_all(&changed);
         slots.extend(grown.kept);
         let middles = grown.splits.iter().flat_map(|leaf| leaf.split.middles);
@@ -48,8 +48,7 @@ impl Engine {
         if !first_visits && !self.options.without.has(Piece::Confirm) {
             self.confirm(&grown.splits, &mut slots);
         }
-        slots.sort_unstable();
-        slots.dedup();
+        ascending(&mut slots);
         self.evaluate(&slots);
         let (pixel_samples, checks) = (work.pixel_samples.clone(), work.checks.clone());
         Lit { first_visits, splits: grown.splits, pixel_samples, checks, slots }
@@ -141,8 +140,7 @@ impl Engine {
             }
             self.run(&jobs);
             let mut vertices: Vec<VertexId> = jobs.iter().map(|job| job.vertex).collect();
-            vertices.sort_unstable();
-            vertices.dedup();
+            ascending(&mut vertices);
             let changed = self.slots_of_all(&vertices);
             around = self.nodes_around(&changed);
             slots.extend(changed);

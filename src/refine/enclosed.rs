@@ -19,13 +19,19 @@ impl Engine {
         if self.options.without.has(Piece::Enclosed) {
             return;
         }
-        for &vertex in vertices {
+        let mut rest = vertices;
+        // What one shows that is found to be enclosed may darken others.
+        while let Some(found) = self.find_next_enclosed(rest) {
+            rest = &rest[found + 1..];
+        }
+    }
+
+    /// Finds the first of vertices that lies inside something; returns its place.
+    fn find_next_enclosed(&mut self, vertices: &[VertexId]) -> Option<usize> {
+        let dark = self.workers.map(vertices, |vertex| self.has_found_no_light(vertex));
+        for place in dark.into_iter().zip(0..).filter_map(|(is_dark, place)| is_dark.then_some(place)) {
+            let vertex = vertices[place];
             let slots: Vec<SlotId> = self.cache.slots_of(vertex).collect();
-            let dark = |s: &SlotId| self.cache.slots[*s].indirect.diffuse == Vec3::ZERO;
-            let sampled = self.cache.indirect.rays(vertex) > 0 && !self.cache.vertices[vertex].progress.covered;
-            if !sampled || !slots.iter().all(dark) {
-                continue;
-            }
             let nodes = self.nodes_around(&slots);
             if self.is_enclosed(vertex, &slots, &nodes) {
                 self.enclosed.push(vertex);
@@ -34,8 +40,17 @@ impl Engine {
                 self.refresh_indirect(&slots);
                 self.account(&nodes);
                 self.enqueue(&nodes);
+                return Some(place);
             }
         }
+        None
+    }
+
+    /// Whether a vertex that nothing covers, as far as is known, has sent rays that have found no light.
+    fn has_found_no_light(&self, vertex: VertexId) -> bool {
+        let dark = |slot: SlotId| self.cache.slots[slot].indirect.diffuse == Vec3::ZERO;
+        let sampled = self.cache.indirect.rays(vertex) > 0 && !self.cache.vertices[vertex].progress.covered;
+        sampled && self.cache.slots_of(vertex).all(dark)
     }
 
     /// Whether a vertex that has seen no light lies inside something: neighbours do see light, and either it has

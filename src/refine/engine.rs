@@ -10,14 +10,14 @@ use super::options::{Options, Piece};
 use super::pixel_checks::PixelChecks;
 use super::pixel_lists::FaceImage;
 use super::predictions::Predictions;
-use super::publisher::{Publisher, value};
+use super::publisher::{Publisher, Values};
 use super::reflectances::Reflectances;
 use super::rounds::Rounds;
 use super::scheduler::Scheduler;
 use super::update::{DrawnPixels, EngineStats, Update};
 use super::view::ViewState;
 use super::workers::{Workers, job_nanoseconds, thread_nanoseconds};
-use crate::cache::ids::{NodeId, VertexId};
+use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::store::Cache;
 use crate::cache::weld::Weld;
 use crate::geom::bvh::Bvh;
@@ -113,6 +113,9 @@ impl OwnClock {
         self.all - self.jobs
     }
 }
+
+/// Slots whose values take some ten microseconds to list.
+const FEW_SLOTS: usize = 64;
 
 /// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until
 /// the options' own is reached.
@@ -270,8 +273,9 @@ impl Engine {
         if self.is_complete() {
             self.enqueue_vertices(&slots);
         }
-        let values = self.workers.map(&slots, |slot| (slot, value(&self.cache, &self.view, slot)));
-        self.publisher.add_values(&self.cache, &mut update, values);
+        let values = |run: &[SlotId]| Values::of(&self.cache, &self.view, run);
+        let values = self.workers.map_chunks(&slots, FEW_SLOTS, values);
+        self.publisher.add_values(&mut update, values);
         // Checked after each of a few updates, then after ever more of them: all checks together take time linear in the cache.
         if cfg!(debug_assertions) && (is_sparse(update.sequence) || self.is_idle()) {
             self.cache.validate();

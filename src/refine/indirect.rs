@@ -5,8 +5,19 @@ use super::error_model::CHILD;
 use super::scheduler::Task;
 use super::view::IndirectLeafView;
 use super::work::GatheredLight;
+use super::workers::Workers;
+use crate::cache::ascending::ascending;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
-use crate::cache::slot::SlotLight;
+use crate::cache::indirect::{EvaluateRun, Evaluated};
+
+/// Nodes whose corners, and slots whose light, take some ten microseconds.
+const FEW: usize = 256;
+const FEW_SLOTS: usize = 64;
+
+/// Evaluates runs of slots on workers.
+fn evaluate_on(workers: &Workers) -> impl Fn(&[SlotId], EvaluateRun<'_>) -> Vec<Evaluated> {
+    |slots, evaluate| workers.map_chunks(slots, FEW_SLOTS, evaluate)
+}
 
 impl Engine {
     /// Measures surpluses again where they depend on indirect light that has changed, and queues what is left to do
@@ -14,27 +25,19 @@ impl Engine {
     pub(super) fn judge_indirect(&mut self, GatheredLight { vertices, refined }: &GatheredLight) {
         let slots = self.slots_of_all(vertices);
         let mut vertices = vertices.clone();
-        let mut leaves: Vec<NodeId> = refined.iter().flat_map(|&node| self.cache.topology.children(node)).collect();
+        let children = refined.iter().flat_map(|&node| self.cache.topology.children(node));
+        let mut leaves = self.indirect_leaves_of(&self.nodes_around(&slots));
         let mut parents = refined.clone();
-        for node in self.nodes_around(&slots) {
-            let leaf = self.cache.topology.indirect_leaf(node);
-            leaves.push(leaf);
-            let up = |&id: &NodeId| self.cache.topology.nodes[id].parent.get();
-            parents.extend(std::iter::successors(up(&leaf), up));
-        }
-        parents.sort_unstable();
-        parents.dedup();
-        for parent in parents {
-            leaves.extend(self.measure_indirect(parent));
-        }
-        leaves.sort_unstable();
-        leaves.dedup();
+        parents.extend(self.cache.topology.above(&leaves));
+        leaves.extend(children);
+        ascending(&mut parents);
+        leaves.extend(self.measure_indirect(&parents));
+        ascending(&mut leaves);
         vertices.extend(self.corners_of_all(&leaves));
         self.find_enclosed(&vertices);
         self.account_indirect(&leaves);
         self.enqueue_refinements(&leaves);
-        vertices.sort_unstable();
-        vertices.dedup();
+        ascending(&mut vertices);
         self.enqueue_gathers(&vertices);
         self.refresh_predictions_in_time();
     }
@@ -42,18 +45,16 @@ impl Engine {
     /// Brings the indirect light of slots that have gathered, and all that depends on it, up to date; it is then due to
     /// be sent.
     pub(super) fn refresh_indirect(&mut self, slots: &[SlotId]) {
-        let workers = &self.workers;
         let (eye, specular) = (self.view.eye, &mut self.view.specular);
-        let written = self.cache.refresh_indirect(slots, eye, specular, &|slots, light| workers.map(slots, light));
+        let written = self.cache.refresh_indirect(slots, eye, specular, &evaluate_on(&self.workers));
         self.publisher.note_changed(&written);
     }
 
     /// Evaluates the indirect light of slots of which nothing new is known, for a new eye or since they are new; returns the
     /// slots written, which are not due to be sent.
     pub(super) fn refresh_unseen(&mut self, slots: &[SlotId]) -> Vec<SlotId> {
-        let workers = &self.workers;
         let (eye, specular) = (self.view.eye, &mut self.view.specular);
-        self.cache.evaluate_indirect(slots, (eye, specular), &|slots, light| workers.map(slots, light))
+        self.cache.evaluate_indirect(slots, (eye, specular), &evaluate_on(&self.workers))
     }
 
     /// Surveys all faces in view, of which base vertices alone are predicted from then on.
@@ -77,7 +78,7 @@ impl Engine {
             return;
         }
         let base = self.corners_of_all(roots);
-        let placed = self.predictions.place(&mut self.cache, &base);
+        let placed = self.predictions.place(&mut self.cache, &base, &self.workers);
         if self.cache.indirect.has_gathered() {
             let written = self.refresh_unseen(&placed);
             self.publisher.note_changed(&written);
@@ -137,42 +138,50 @@ impl Engine {
     /// Brings predictions up to date, with all that hangs on them.
     fn refresh_predictions(&mut self) {
         self.predictions.note_refresh(self.stats.rays);
-        let (workers, eye) = (&self.workers, self.view.eye);
-        let evaluate = |slots: &[SlotId], light: &(dyn Fn(SlotId) -> SlotLight + Sync)| workers.map(slots, light);
-        let base = self.predictions.base();
-        let written = self.cache.refresh_predictions(base, eye, &mut self.view.specular, &evaluate);
-        let around = self.nodes_around(&written).into_iter();
-        let mut leaves: Vec<NodeId> = around.map(|node| self.cache.topology.indirect_leaf(node)).collect();
-        leaves.dedup();
+        let (base, eye, specular) = (self.predictions.base(), self.view.eye, &mut self.view.specular);
+        let written = self.cache.refresh_predictions(base, eye, specular, &evaluate_on(&self.workers));
+        let leaves = self.indirect_leaves_of(&self.nodes_around(&written));
         self.account_indirect(&leaves);
         let base = written.iter().map(|&slot| &self.cache.slots[slot]).filter(|record| record.is_base());
         let mut vertices: Vec<VertexId> = base.map(|record| record.vertex).collect();
         vertices.extend_from_slice(self.predictions.predicting());
-        vertices.sort_unstable();
-        vertices.dedup();
+        ascending(&mut vertices);
         self.enqueue_gathers(&vertices);
         self.publisher.note_changed(&written);
     }
 
-    /// Measures a node's surplus, and tells its children that are leaves; returns those.
-    fn measure_indirect(&mut self, parent: NodeId) -> Vec<NodeId> {
-        let Some(middles) = self.cache.topology.middles(parent) else { return Vec::new() };
-        let Some(error) = self.error_model().indirect_surplus(parent, middles) else { return Vec::new() };
-        let [surplus, doubt] = error.map(|e| e * CHILD);
-        let is_leaf = |&child: &NodeId| !self.cache.topology.nodes[child].indirect_split;
-        let leaves: Vec<NodeId> = self.cache.topology.children(parent).filter(is_leaf).collect();
-        for &child in &leaves {
-            let node = &mut self.cache.topology.nodes[child].indirect;
-            (node.surplus, node.doubt) = (surplus, doubt);
+    /// Measures nodes' surpluses, and tells their children that are leaves; returns those.
+    fn measure_indirect(&mut self, parents: &[NodeId]) -> Vec<NodeId> {
+        let (model, topology) = (self.error_model(), &self.cache.topology);
+        let measure = |parent| model.indirect_surplus(parent, topology.middles(parent)?);
+        let errors = self.workers.map(parents, measure);
+        let mut leaves = Vec::new();
+        for (&parent, error) in parents.iter().zip(errors) {
+            let Some([surplus, doubt]) = error.map(|error| error.map(|e| e * CHILD)) else { continue };
+            for child in self.cache.topology.children(parent) {
+                let node = &mut self.cache.topology.nodes[child];
+                if !node.indirect_split {
+                    (node.indirect.surplus, node.indirect.doubt) = (surplus, doubt);
+                    leaves.push(child);
+                }
+            }
         }
         leaves
     }
 
+    /// The leaves of the indirect layer that leaves are parts of, each once where those of one follow each other.
+    fn indirect_leaves_of(&self, leaves: &[NodeId]) -> Vec<NodeId> {
+        let mut found = self.workers.map(leaves, |leaf| self.cache.topology.indirect_leaf(leaf));
+        found.dedup();
+        found
+    }
+
     /// The vertices at the corners of nodes, in ascending order.
     fn corners_of_all(&self, nodes: &[NodeId]) -> Vec<VertexId> {
-        let mut vertices: Vec<VertexId> = nodes.iter().flat_map(|&node| self.cache.corner_vertices(node)).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
+        let corners =
+            |run: &[NodeId]| run.iter().flat_map(|&node| self.cache.corner_vertices(node)).collect::<Vec<_>>();
+        let mut vertices = self.workers.map_chunks(nodes, FEW, corners).concat();
+        ascending(&mut vertices);
         vertices
     }
 

@@ -6,8 +6,13 @@ use super::error_model::{CHILD, LeafKeys};
 use super::pixel_checks::{self, Found, Reference};
 use super::scheduler::Task;
 use super::work::{Lit, SplitLeaf, Work};
+use crate::cache::ascending::ascending;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::visibility_probe;
+
+/// Slots whose leaves, and vertices whose tasks, take some ten microseconds.
+const FEW_SLOTS: usize = 128;
+const FEW_VERTICES: usize = 128;
 
 impl Engine {
     /// Brings surpluses, the image's error and keys up to date with direct light that has changed, and checks pixels.
@@ -23,8 +28,7 @@ impl Engine {
         nodes.extend(children);
         nodes.retain(|&node| self.cache.topology.is_leaf(node));
         self.measure_around(&mut nodes);
-        nodes.sort_unstable();
-        nodes.dedup();
+        ascending(&mut nodes);
         self.look_for_highlights(&nodes);
         self.account(&nodes);
         self.enqueue(&nodes);
@@ -59,21 +63,23 @@ impl Engine {
     fn measure_around(&mut self, leaves: &mut Vec<NodeId>) {
         let parent = |&leaf: &NodeId| self.cache.topology.nodes[leaf].parent.get();
         let mut parents: Vec<NodeId> = leaves.iter().filter_map(parent).collect();
-        parents.sort_unstable();
-        parents.dedup();
-        for parent in parents {
-            self.measure_direct(parent);
-            let topology = &self.cache.topology;
-            leaves.extend(topology.children(parent).filter(|&child| topology.is_leaf(child)));
-        }
+        ascending(&mut parents);
+        self.measure_direct(&parents);
+        let topology = &self.cache.topology;
+        let children = parents.iter().flat_map(|&parent| topology.children(parent));
+        leaves.extend(children.filter(|&child| topology.is_leaf(child)));
     }
 
-    /// Tells a split node's children its surplus of direct light.
-    pub(super) fn measure_direct(&mut self, parent: NodeId) {
-        let Some(middles) = self.cache.topology.middles(parent) else { return };
-        let surplus = self.error_model().surplus(parent, middles) * CHILD;
-        let children = self.cache.topology.children(parent);
-        children.for_each(|child| self.cache.topology.nodes[child].direct_surplus = surplus);
+    /// Tells split nodes' children their surplus of direct light.
+    pub(super) fn measure_direct(&mut self, parents: &[NodeId]) {
+        let (model, topology) = (self.error_model(), &self.cache.topology);
+        let measure = |parent| Some(model.surplus(parent, topology.middles(parent)?) * CHILD);
+        let surpluses = self.workers.map(parents, measure);
+        for (&parent, surplus) in parents.iter().zip(surpluses) {
+            let Some(surplus) = surplus else { continue };
+            let children = self.cache.topology.children(parent);
+            children.for_each(|child| self.cache.topology.nodes[child].direct_surplus = surplus);
+        }
     }
 
     /// Checks the pixels of leaves.
@@ -147,13 +153,16 @@ impl Engine {
     /// Queues what is left to trace at the vertices of slots, whose triangles are drawn.
     pub(super) fn enqueue_vertices(&mut self, slots: &[SlotId]) {
         let mut vertices: Vec<VertexId> = slots.iter().map(|&slot| self.cache.slots[slot].vertex).collect();
-        vertices.sort_unstable();
-        vertices.dedup();
+        ascending(&mut vertices);
         let tasks = |id: VertexId| [Task::TraceDeferred(id), Task::DoublePoints(id)];
         let due = |task: &Task| self.rays_of(*task) > 0.0;
-        let tasks: Vec<Task> = vertices.into_iter().flat_map(tasks).filter(due).collect();
-        let keys = self.workers.map(&tasks, |task| self.current_key(task));
-        tasks.into_iter().zip(keys).for_each(|(task, key)| self.scheduler.offer(task, key.unwrap_or(0.0)));
+        let judged = self.workers.map_chunks(&vertices, FEW_VERTICES, |run| {
+            let due = run.iter().flat_map(|&id| tasks(id)).filter(due);
+            due.map(|task| (task, self.current_key(task))).collect::<Vec<_>>()
+        });
+        for (task, key) in judged.into_iter().flatten() {
+            self.scheduler.offer(task, key.unwrap_or(0.0));
+        }
     }
 
     /// Queues those of the visible leaves anew whose corners have come to agree about lights that a check left out.
@@ -210,11 +219,13 @@ impl Engine {
 
     /// Leaves that are drawn with any of the slots.
     pub(super) fn nodes_around(&self, slots: &[SlotId]) -> Vec<NodeId> {
-        let drawn = slots.iter().flat_map(|&slot| self.cache.drawn.with_slot(slot));
-        let mut nodes: Vec<NodeId> = drawn.map(|drawn| self.cache.drawn.triangles[drawn].node).collect();
-        nodes.sort_unstable();
-        nodes.dedup();
-        nodes.retain(|&node| self.cache.topology.is_leaf(node));
+        let around = |run: &[SlotId]| {
+            let drawn = run.iter().flat_map(|&slot| self.cache.drawn.with_slot(slot));
+            let nodes = drawn.map(|drawn| self.cache.drawn.triangles[drawn].node);
+            nodes.filter(|&node| self.cache.topology.is_leaf(node)).collect::<Vec<_>>()
+        };
+        let mut nodes = self.workers.map_chunks(slots, FEW_SLOTS, around).concat();
+        ascending(&mut nodes);
         nodes
     }
 }

@@ -1,5 +1,6 @@
 //! The light engine: it owns the cache, decides what to trace next, and tells the GPU what changed.
 
+mod bands;
 mod beside_finer;
 mod bring_up_to_date;
 mod choose;

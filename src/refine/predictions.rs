@@ -2,6 +2,8 @@
 //! predictions are brought up to date.
 
 use super::view::ViewState;
+use super::workers::Workers;
+use crate::cache::coarse_levels::Placed;
 use crate::cache::ids::{SlotId, VertexId};
 use crate::cache::pool::Table;
 use crate::cache::store::Cache;
@@ -13,6 +15,11 @@ const RAYS_A_PREDICTION: u64 = 16;
 const ALIKE: u64 = 2;
 /// Rays that a prediction costs as much as, with what has to be judged anew after it, about.
 const COST: u64 = 2;
+
+/// Base vertices that are taken into the order together: few, since each is compared with those before.
+const AT_ONCE: usize = 256;
+/// Those whose surroundings take some ten microseconds to look at.
+const FEW: usize = 8;
 
 /// Base vertices of a view and what they predict.
 #[derive(Debug, Default)]
@@ -40,16 +47,13 @@ impl Predictions {
 
     /// Takes base vertices of a view in, and those that are not yet in the order of coarse levels into it; returns
     /// the slots of these.
-    pub fn place(&mut self, cache: &mut Cache, base: &[VertexId]) -> Vec<SlotId> {
-        let mut slots = Vec::new();
+    pub fn place(&mut self, cache: &mut Cache, base: &[VertexId], workers: &Workers) -> Vec<SlotId> {
         let is_new = |vertex: &VertexId| !std::mem::replace(&mut self.is_base[*vertex], true);
         let mut added: Vec<VertexId> = base.iter().copied().filter(is_new).collect();
-        for &vertex in &added {
-            if cache.slots_of(vertex).any(|slot| cache.slots[slot].is_unplaced()) {
-                cache.place_in_coarse_levels(vertex);
-                slots.extend(cache.slots_of(vertex));
-            }
-        }
+        let is_unplaced = |vertex: &VertexId| cache.slots_of(*vertex).any(|slot| cache.slots[slot].is_unplaced());
+        let unplaced: Vec<VertexId> = added.iter().copied().filter(is_unplaced).collect();
+        unplaced.chunks(AT_ONCE).for_each(|run| place_run(cache, run, workers));
+        let slots = unplaced.iter().flat_map(|&vertex| cache.slots_of(vertex)).collect();
         self.add_ancestors(cache, &mut added);
         if !added.is_empty() {
             let rank =
@@ -127,6 +131,16 @@ impl Predictions {
     pub fn predicting(&self) -> &[VertexId] {
         &self.predicting
     }
+}
+
+/// Takes base vertices into the order of coarse levels, one after the other; the workers do what does not hang on those before.
+fn place_run(cache: &mut Cache, vertices: &[VertexId], workers: &Workers) {
+    let around = |run: &[VertexId]| run.iter().map(|&vertex| cache.around_in_coarse_levels(vertex)).collect::<Vec<_>>();
+    let around = workers.map_chunks(vertices, FEW, around).into_iter().flatten().collect();
+    let placed = cache.place_in_coarse_levels(vertices, around);
+    let predicted_by = |run: &[Placed]| run.iter().flat_map(|placed| cache.predicted_by(placed)).collect::<Vec<_>>();
+    let predicted = workers.map_chunks(&placed, FEW, predicted_by);
+    predicted.iter().flatten().for_each(|predicted| cache.note_predicted_by(predicted));
 }
 
 #[cfg(test)]

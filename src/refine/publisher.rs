@@ -2,11 +2,13 @@
 
 use super::update::{Patch, Slot, Update};
 use super::view::ViewState;
+use crate::cache::ascending::ascending;
 use crate::cache::drawn_mesh::OfNode;
 use crate::cache::ids::{DrawnId, NodeId, SlotId};
 use crate::cache::pool::Table;
 use crate::cache::slot::{COVERED_WEIGHT, Luminance};
 use crate::cache::store::Cache;
+use crate::scene::FaceId;
 use std::collections::VecDeque;
 
 /// What has been published and what is due.
@@ -95,8 +97,7 @@ impl Publisher {
             update.patches.push(Patch { face, old: start..start, new: start..end });
         }
         let mut nodes = std::mem::take(&mut self.redraw);
-        nodes.sort_unstable();
-        nodes.dedup();
+        ascending(&mut nodes);
         for node in nodes {
             let old = self.retire(cache, node);
             let mut leaves = Vec::new();
@@ -115,8 +116,7 @@ impl Publisher {
             update.patches.push(Patch { face, old: start..middle, new: middle..end });
         }
         fresh.retain(|&slot| !cache.slots[slot].direct.known);
-        fresh.sort_unstable();
-        fresh.dedup();
+        ascending(&mut fresh);
         self.sequence += 1;
         (update.generation, update.sequence) = (view.generation, self.sequence);
         (update, fresh)
@@ -125,25 +125,24 @@ impl Publisher {
     /// Takes the slots that were evaluated since the last update, in ascending order.
     pub fn take_changed(&mut self) -> Vec<SlotId> {
         let mut slots = std::mem::take(&mut self.changed);
-        slots.sort_unstable();
-        slots.dedup();
+        ascending(&mut slots);
         slots
     }
 
     /// Adds the values of slots, and patches of the triangles that these alone have changed, in view or not.
-    pub fn add_values(&mut self, cache: &Cache, update: &mut Update, values: Vec<(SlotId, Slot)>) {
-        for drawn in values.iter().flat_map(|&(slot, _)| cache.drawn.with_slot(slot)) {
-            let node = cache.drawn.triangles[drawn].node;
-            let sequence = self.sequence as u32;
-            let is_listed = std::mem::replace(&mut self.listed[drawn], sequence) == sequence;
-            if !is_listed {
-                let i = update.patch_triangles.len() as u32;
-                update.patch_triangles.push(drawn);
-                let face = cache.topology.nodes[node].face;
-                update.patches.push(Patch { face, old: i..i + 1, new: i..i + 1 });
+    pub fn add_values(&mut self, update: &mut Update, values: Vec<Values>) {
+        let sequence = self.sequence as u32;
+        update.slots.reserve(values.iter().map(|run| run.slots.len()).sum());
+        for Values { slots, triangles } in values {
+            update.slots.extend(slots);
+            for (drawn, face) in triangles {
+                if std::mem::replace(&mut self.listed[drawn], sequence) != sequence {
+                    let i = update.patch_triangles.len() as u32;
+                    update.patch_triangles.push(drawn);
+                    update.patches.push(Patch { face, old: i..i + 1, new: i..i + 1 });
+                }
             }
         }
-        update.slots = values;
     }
 
     /// Gives back the triangles that update `sequence` or an earlier one has replaced on the GPU.
@@ -167,8 +166,28 @@ fn list(cache: &Cache, update: &mut Update, node: NodeId) {
 /// Weight of a slot whose direct light is a guess: it counts for nothing beside any that is known.
 const GUESSED_WEIGHT: f32 = COVERED_WEIGHT;
 
+/// What a run of slots shows, and which triangles show them.
+#[derive(Debug, Default)]
+pub struct Values {
+    slots: Vec<(SlotId, Slot)>,
+    /// With the faces that they lie on; once for each of their slots.
+    triangles: Vec<(DrawnId, FaceId)>,
+}
+
+impl Values {
+    /// The present values of slots.
+    pub fn of(cache: &Cache, view: &ViewState, slots: &[SlotId]) -> Self {
+        let mut triangles = Vec::with_capacity(slots.len() * 6);
+        for &slot in slots {
+            let of_node = |drawn| cache.topology.nodes[cache.drawn.triangles[drawn].node].face;
+            triangles.extend(cache.drawn.with_slot(slot).map(|drawn| (drawn, of_node(drawn))));
+        }
+        Self { slots: slots.iter().map(|&slot| (slot, value(cache, view, slot))).collect(), triangles }
+    }
+}
+
 /// What a slot shows.
-pub fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
+fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
     let record = &cache.slots[slot];
     let weight = match record.direct {
         Luminance { known: true, .. } => cache.weight(slot),
@@ -201,8 +220,8 @@ mod tests {
     fn next(square: &mut Judged, publisher: &mut Publisher, mesh: &mut HostMesh) -> Update {
         let (mut update, _) = publisher.redraw(&mut square.rooted.cache, &square.view);
         let slots = publisher.take_changed();
-        let values = slots.iter().map(|&slot| (slot, value(&square.cache, &square.view, slot))).collect();
-        publisher.add_values(&square.cache, &mut update, values);
+        let values = slots.chunks(2).map(|run| Values::of(&square.cache, &square.view, run)).collect();
+        publisher.add_values(&mut update, values);
         mesh.apply(&update).expect("an update that fits the mesh");
         update
     }

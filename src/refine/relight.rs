@@ -4,7 +4,8 @@
 use super::engine::{Engine, Visible};
 use super::update::Update;
 use super::view::LeafView;
-use crate::cache::ids::SlotId;
+
+use crate::cache::ids::{NodeId, SlotId};
 use crate::cache::reweight::reweight;
 use crate::light::context::SceneContext;
 use glam::Vec3;
@@ -82,8 +83,7 @@ impl Engine {
 
     /// Measures the surpluses of direct light of all split nodes again.
     fn measure_surpluses(&mut self) {
-        for id in self.cache.topology.nodes.ids() {
-            self.measure_direct(id);
-        }
+        let all: Vec<NodeId> = self.cache.topology.nodes.ids().collect();
+        self.measure_direct(&all);
     }
 }

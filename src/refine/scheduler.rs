@@ -3,10 +3,11 @@
 //! Keys are brought up to date lazily. A task that has become worth less is found when it comes up, and put back; one
 //! that has become worth more is pushed again, and what was queued for it before is void.
 
+use super::bands::Bands;
 use crate::cache::ids::{NodeId, VertexId};
 use crate::cache::pool::Table;
 use std::cmp::Ordering;
-use std::collections::BinaryHeap;
+use std::collections::VecDeque;
 
 /// A piece of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,9 +54,11 @@ struct Ticket {
 /// The queue of everything that is worth doing.
 #[derive(Debug, Default)]
 pub struct Scheduler {
-    heap: BinaryHeap<Entry>,
+    heap: Bands<Entry>,
+    /// The greatest of them, as long as they are judged ahead, in order, with what they are worth now.
+    ahead: VecDeque<(Entry, Option<f32>)>,
     /// Pixel checks, whose keys count by a miss rate that is still being learnt.
-    checks: BinaryHeap<Entry>,
+    checks: Bands<Entry>,
     serial: u32,
     first_visits: usize,
     vertices: Table<VertexId, [Ticket; 3]>,
@@ -69,8 +72,7 @@ impl Scheduler {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let entries = self.heap.capacity() + self.checks.capacity();
-        entries * size_of::<Entry>() + self.vertices.bytes() + self.nodes.bytes()
+        self.heap.bytes() + self.checks.bytes() + self.vertices.bytes() + self.nodes.bytes()
     }
 
     /// Drops everything.
@@ -99,17 +101,60 @@ impl Scheduler {
     /// The greatest key that waits, pixel checks left out.
     pub fn greatest(&mut self) -> Option<f32> {
         self.drop_void();
-        self.heap.peek().map(|entry| entry.key)
+        let entry = if self.next_is_ahead() { self.ahead.front().map(|(entry, _)| entry) } else { self.heap.peek() };
+        entry.map(|entry| entry.key)
     }
 
-    /// Drops what is void at the top of the heap.
+    /// Drops what is void before the first that is not, ahead and in the heap.
     fn drop_void(&mut self) {
-        while let Some(&Entry { task, version, .. }) = self.heap.peek() {
-            if self.ticket(task).version == version {
-                break;
-            }
+        while let Some(&(entry, _)) = self.ahead.front()
+            && self.is_void(entry)
+        {
+            self.ahead.pop_front();
+        }
+        while let Some(&entry) = self.heap.peek()
+            && self.is_void(entry)
+        {
             self.heap.pop();
         }
+    }
+
+    fn is_void(&mut self, Entry { task, version, .. }: Entry) -> bool {
+        self.ticket(task).version != version
+    }
+
+    /// Whether the first that is taken next is ahead: others may have been queued since.
+    fn next_is_ahead(&self) -> bool {
+        self.ahead.front().is_some_and(|(entry, _)| self.heap.peek().is_none_or(|other| entry > other))
+    }
+
+    /// Whether tasks are judged ahead.
+    #[must_use]
+    pub fn has_judged(&self) -> bool {
+        !self.ahead.is_empty()
+    }
+
+    /// The next tasks, so many, to be judged ahead of their turn.
+    pub fn look_ahead(&mut self, count: usize) -> Vec<Task> {
+        self.stop_judging();
+        while self.ahead.len() < count
+            && let Some(entry) = self.heap.pop()
+        {
+            if !self.is_void(entry) {
+                self.ahead.push_back((entry, None));
+            }
+        }
+        self.ahead.iter().map(|(entry, _)| entry.task).collect()
+    }
+
+    /// Notes what these are worth now.
+    pub fn note_judged(&mut self, keys: impl Iterator<Item = f32>) {
+        self.ahead.iter_mut().zip(keys).for_each(|((_, judged), key)| *judged = Some(key));
+    }
+
+    /// Forgets what tasks were judged to be worth, since something has changed.
+    pub fn stop_judging(&mut self) {
+        self.ahead.drain(..).for_each(|(entry, _)| self.heap.push(entry.key, entry));
     }
 
     /// The greatest key of a pixel check that waits, 0 without any.
@@ -153,7 +198,8 @@ impl Scheduler {
         let ticket = self.ticket(task);
         ticket.waiting = key;
         let entry = Entry { key, task, version: ticket.version, serial };
-        if matches!(task, Task::CheckPixels(_)) { self.checks.push(entry) } else { self.heap.push(entry) }
+        let queue = if matches!(task, Task::CheckPixels(_)) { &mut self.checks } else { &mut self.heap };
+        queue.push(key, entry);
     }
 
     /// Whether a task waits.
@@ -174,10 +220,17 @@ impl Scheduler {
 
     /// Takes the task of the greatest key, with that; pixel checks are left.
     pub fn pop(&mut self) -> Option<(Task, f32)> {
+        self.pop_judged().map(|(task, key, _)| (task, key))
+    }
+
+    /// The same with what it is worth now, if it was judged ahead.
+    pub fn pop_judged(&mut self) -> Option<(Task, f32, Option<f32>)> {
         self.drop_void();
-        let Entry { task, key, .. } = self.heap.pop()?;
+        let next =
+            if self.next_is_ahead() { self.ahead.pop_front() } else { self.heap.pop().map(|entry| (entry, None)) };
+        let (Entry { task, key, .. }, judged) = next?;
         self.ticket(task).waiting = 0.0;
-        Some((task, key))
+        Some((task, key, judged))
     }
 
     /// Takes the pixel check of the greatest key.
@@ -276,6 +329,29 @@ mod tests {
         assert_eq!(scheduler.greatest(), Some(3.0));
         scheduler.offer(a, 1.0);
         assert_eq!(all(&mut scheduler), [b, a]);
+    }
+
+    #[test]
+    fn what_is_judged_ahead_comes_in_its_turn() {
+        let mut scheduler = Scheduler::default();
+        let task = |v: u32| Task::Gather(VertexId(v));
+        for v in 1..6 {
+            scheduler.offer(task(v), v as f32);
+        }
+        assert_eq!(scheduler.look_ahead(3), [5, 4, 3].map(task));
+        scheduler.note_judged([0.5, 0.4, 0.3].into_iter());
+        assert_eq!(scheduler.pop_judged(), Some((task(5), 5.0, Some(0.5))));
+        scheduler.offer(task(6), 3.5);
+        scheduler.offer(task(7), 3.0);
+        assert_eq!((scheduler.pop_judged(), scheduler.greatest()), (Some((task(4), 4.0, Some(0.4))), Some(3.5)));
+        assert_eq!(scheduler.pop_judged(), Some((task(6), 3.5, None)), "queued since");
+        scheduler.void(task(3));
+        scheduler.offer(task(3), 2.5);
+        scheduler.offer(task(2), 4.0);
+        assert_eq!(scheduler.look_ahead(2), [2, 7].map(task));
+        scheduler.stop_judging();
+        assert!(!scheduler.has_judged() && !scheduler.is_empty());
+        assert_eq!(all(&mut scheduler), [2, 7, 3, 1].map(task));
     }
 
     #[test]

@@ -160,7 +160,7 @@ impl Engine {
             let mut vertices: Vec<VertexId> = base.map(|record| record.vertex).collect();
             vertices.sort_unstable();
             vertices.dedup();
-            self.predictions.place(&mut self.cache, &vertices);
+            self.predictions.place(&mut self.cache, &vertices, &self.workers);
         }
     }
 
