@@ -24,8 +24,9 @@ fn pieces_are_measured_with_and_without() {
     for (table, rays) in of_scene["tables"].as_array().unwrap().iter().zip([20_000, 60_000]) {
         let pieces = table["pieces"].as_array().unwrap();
         let [grid, filter, deferred] = [0, 1, 2].map(|i| &pieces[i]);
-        // Whole paths are dearer; the box has one light.
-        assert!(number(&grid["trimmed"], "median") > 1.0, "{grid}");
+        // Whole paths are dearer, once the grid has learnt; the box has one light.
+        let least = if rays == 20_000 { 0.9 } else { 1.2 };
+        assert!(number(&grid["trimmed"], "median") > least, "{grid}");
         assert_eq!((number(&deferred["relmse"], "least"), number(&deferred["relmse"], "greatest")), (1.0, 1.0));
         assert_eq!((&filter["without"], &grid["with"]), (&table["with_all"]["runs"], &table["with_all"]["runs"]));
         assert_ne!(filter["with"], filter["without"]);
