@@ -1,7 +1,7 @@
 //! The engine: owns the cache, and turns rays into light where the image needs it most. A step reads *choose → trace
 //! → apply → judge → publish*: tasks are chosen by what they are worth, all workers trace, sharing the cache
 //! read-only, the engine alone applies the results in job order, keys around what changed are judged anew, and what
-//! changed is published to the GPU. Indirect light is traced beside all that, and applied one batch later ([`super::gather`]).
+//! changed is published to the GPU. Indirect light is traced beside all that, and applied one batch later (`gather.rs`).
 
 use super::error_model::ErrorModel;
 use super::image_error::ImageError;
