@@ -185,7 +185,7 @@ struct Bounce {
     kd: Vec3,
     /// D of the lights, W·sr⁻¹·m⁻².
     direct: Vec3,
-    /// VisibilityPrior that the path goes on.
+    /// Odds that the path goes on.
     odds: f32,
 }
 
@@ -205,7 +205,7 @@ const fn unread_hits(index: u32) -> u32 {
     }
 }
 
-/// VisibilityPrior of going on are at most this, so that paths end in white rooms, too.
+/// Odds of going on are at most this, so that paths end in white rooms, too.
 const GO_ON: f32 = 0.95;
 /// Share of the paths that teach the grid what it could be asked for.
 const TEACHES: f32 = 0.0625;

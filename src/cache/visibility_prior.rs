@@ -17,7 +17,7 @@ const CELLS: [f32; SIZES] = [1.0, 1.0 / 32.0, 1.0 / 128.0];
 const SIZES: usize = 3;
 /// What a larger cell's odds count beside a cell's own, in vertices.
 const PRIOR: [f32; SIZES] = [1.0, 1.0, 2.0];
-/// VisibilityPrior of a light of which nothing is known.
+/// Odds of seeing a light of which nothing is known.
 const UNKNOWN: f32 = 0.5;
 
 /// Cells at a place, for one side of its surface.
@@ -38,7 +38,7 @@ struct Count {
 /// A cell's size, place and side: the axis along which its surfaces face most.
 type Key = (u8, IVec3, u8);
 
-/// VisibilityPrior of seeing each light, by place.
+/// Odds of seeing each light, by place.
 #[derive(Clone, Debug, Default)]
 pub struct VisibilityPrior {
     cells: FxHashMap<Key, u32>,
