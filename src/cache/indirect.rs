@@ -43,6 +43,7 @@ impl Cache {
         let common = before.common_ratio(now);
         Arc::make_mut(&mut self.radiance).relight(common);
         self.expected.relight(common);
+        self.indirect.smoothed = Sparse::default();
         self.indirect.previous.relight(&mut self.indirect.gathers, before, now);
     }
 
@@ -115,7 +116,7 @@ impl Cache {
     }
 
     /// Adds slots to the waves of their ranks.
-    fn add_by_rank(&self, slots: &[SlotId], waves: &mut Vec<Vec<SlotId>>) {
+    pub(super) fn add_by_rank(&self, slots: &[SlotId], waves: &mut Vec<Vec<SlotId>>) {
         for &slot in slots {
             let rank = usize::from(self.slots[slot].rank);
             if rank >= waves.len() {

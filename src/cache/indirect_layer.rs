@@ -2,6 +2,7 @@
 
 use super::ids::{SlotId, VertexId};
 use super::previous_lighting::{Gathers, PreviousLighting};
+use super::sparse::Sparse;
 use crate::estimate::light_vector::LightVector;
 use glam::Vec3;
 
@@ -17,6 +18,8 @@ pub struct IndirectLayer {
     /// Whether base slots have changed since predictions of others were last brought up to date: one coarse vertex
     /// predicts hundreds.
     pub(super) stale: bool,
+    /// D to show of slots that smoothing changed (docs/method/indirect-light.md), W·sr⁻¹·m⁻².
+    pub(super) smoothed: Sparse<SlotId, Option<Vec3>>,
 }
 
 /// New rays of one vertex.
@@ -68,6 +71,7 @@ impl IndirectLayer {
     /// Forgets what was gathered at a vertex of one slot.
     pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
         self.gathers.forget(vertex, slot);
+        self.smoothed.reset(slot);
         self.previous.forget(vertex, slot);
     }
 
@@ -86,7 +90,7 @@ impl IndirectLayer {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.gathers.bytes() + self.previous.bytes()
+        self.gathers.bytes() + self.previous.bytes() + self.smoothed.bytes()
     }
 
     /// Rays of a vertex's next round that would be its first under the present lights, `least` or more.

@@ -1,5 +1,6 @@
 //! The light cache: what is true of the light in a scene whatever is looked at.
 
+pub mod adaptive_mean;
 pub mod ascending;
 pub mod between;
 pub mod bytes;
@@ -24,7 +25,9 @@ mod prediction;
 pub mod previous_lighting;
 pub mod radiance_grid;
 pub mod reweight;
+mod sample_tree;
 pub mod slot;
+pub mod smoothed;
 pub mod sparse;
 pub mod split;
 pub mod store;

@@ -47,11 +47,13 @@ pub enum Piece {
     IrradiancePrior,
     /// The variance of a vertex's indirect light is pooled with its neighbours'; without that it is the vertex's own.
     PooledVariance,
+    /// Indirect light is smoothed for pictures that are kept.
+    Smoothing,
 }
 
 impl Piece {
     /// All pieces with the names that options use.
-    pub const NAMES: [(&'static str, Self); 21] = [
+    pub const NAMES: [(&'static str, Self); 22] = [
         ("radiance-grid", Self::RadianceGrid),
         ("filter", Self::Filter),
         ("coarse-levels", Self::CoarseLevels),
@@ -73,6 +75,7 @@ impl Piece {
         ("hanging", Self::Hanging),
         ("inherited-points", Self::InheritedPoints),
         ("pooled-variance", Self::PooledVariance),
+        ("smoothing", Self::Smoothing),
     ];
 
     /// Its name.

@@ -207,7 +207,9 @@ impl Engine {
         if self.is_complete() && self.options.indirect {
             self.refresh_waiting_predictions();
         }
+        let smoothed = self.smooth();
         let mut update = self.publish();
+        self.publish_values(&mut update, &smoothed);
         update.settled = true;
         update
     }
@@ -273,15 +275,20 @@ impl Engine {
         if self.is_complete() {
             self.enqueue_vertices(&slots);
         }
-        let values = |run: &[SlotId]| Values::of(&self.cache, &self.view, run);
-        let values = self.workers.map_chunks(&slots, FEW_SLOTS, values);
-        self.publisher.add_values(&mut update, values);
+        self.publish_values(&mut update, &slots);
         // Checked after each of a few updates, then after ever more of them: all checks together take time linear in the cache.
         if cfg!(debug_assertions) && (is_sparse(update.sequence) || self.is_idle()) {
             self.cache.validate();
         }
         update.stats = self.current_stats();
         update
+    }
+
+    /// Adds what slots show to an update.
+    fn publish_values(&mut self, update: &mut Update, slots: &[SlotId]) {
+        let values = |run: &[SlotId]| Values::of(&self.cache, &self.view, run);
+        let values = self.workers.map_chunks(slots, FEW_SLOTS, values);
+        self.publisher.add_values(update, values);
     }
 
     /// Totals up to now.

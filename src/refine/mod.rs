@@ -28,6 +28,7 @@ mod relight;
 pub mod replay;
 mod rounds;
 pub mod scheduler;
+mod smooth;
 #[cfg(test)]
 mod testing;
 pub mod thread;
