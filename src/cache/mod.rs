@@ -3,6 +3,7 @@
 pub mod ascending;
 pub mod between;
 pub mod bytes;
+mod cell;
 mod cell_table;
 pub mod coarse_grids;
 pub mod coarse_levels;
