@@ -15,6 +15,7 @@ pub mod ids;
 pub mod indirect;
 pub mod indirect_layer;
 pub mod irradiance_prior;
+mod kept_luminance;
 pub mod layer;
 pub mod luminance;
 pub mod pieces;

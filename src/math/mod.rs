@@ -7,6 +7,7 @@ pub mod sequence;
 pub mod shared_exponent;
 pub mod spherical_triangle;
 pub mod triangle;
+pub mod unit_vector;
 
 use glam::Vec3;
 
