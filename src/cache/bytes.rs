@@ -11,7 +11,7 @@ use super::vertex::Vertex;
 // A regular mesh has 4/3 nodes, half a vertex, half a slot and a drawn triangle a leaf: these and the edges are to take less than 300
 // bytes. A field that makes a record larger takes megabytes in a scene of a million leaves.
 const _: () = assert!(size_of::<Vertex>() <= 72);
-const _: () = assert!(size_of::<SlotRecord>() <= 76);
+const _: () = assert!(size_of::<SlotRecord>() <= 44);
 const _: () = assert!(size_of::<Node>() <= 68);
 const _: () = assert!(size_of::<DrawnRecord>() <= 40);
 const _: () = assert!(size_of::<Link<NodeId>>() == 4);

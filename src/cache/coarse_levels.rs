@@ -101,11 +101,11 @@ impl Cache {
         let radius = parents.iter().map(|p| p.distance).fold(0.0, f32::max) * 1.1;
         let weights = least_squares_weights(parents, radius);
         let look = |parent: VertexId, normal: Vec3| {
-            let cosine = |s: &SlotId| self.slots[*s].normal.dot(normal);
+            let cosine = |s: &SlotId| self.slots[*s].normal().dot(normal);
             self.slots_of(parent).max_by(|a, b| cosine(a).total_cmp(&cosine(b)))
         };
         let predicted_by = |slot: SlotId| {
-            let normal = self.slots[slot].normal;
+            let normal = self.slots[slot].normal();
             let of = parents.iter().zip(&weights);
             PredictedBy { slot, of: of.filter_map(|(p, &weight)| Some((look(p.vertex, normal)?, weight))).collect() }
         };

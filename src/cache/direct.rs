@@ -227,7 +227,7 @@ fn strengths(context: &SceneContext<'_>, cache: &Cache, id: VertexId) -> SmallVe
 
 fn strength(cache: &Cache, id: VertexId, light: LightGroup<'_>) -> f32 {
     let position = cache.vertices[id].position;
-    let at_slot = |slot: SlotId| light.strength(position, cache.slots[slot].normal);
+    let at_slot = |slot: SlotId| light.strength(position, cache.slots[slot].normal());
     cache.slots_of(id).map(at_slot).fold(0.0, f32::max)
 }
 
@@ -367,7 +367,7 @@ impl<'a> Tracing<'a> {
         while self.visibility.points < until {
             let arrival = points.sample(self.context.scene, self.visibility.points);
             let lit = arrival
-                .filter(|a| self.cache.slots_of(self.id).any(|s| self.cache.slots[s].normal.dot(a.direction) > 0.0));
+                .filter(|a| self.cache.slots_of(self.id).any(|s| self.cache.slots[s].normal().dot(a.direction) > 0.0));
             // Points that no normal faces carry no weight; as visible ones they do not pretend a penumbra.
             let visible = lit.is_none_or(|a| {
                 out.rays += 1;
@@ -393,7 +393,7 @@ impl<'a> Tracing<'a> {
 /// Adds the light of a point to the sums of slots.
 pub(super) fn weigh(cache: &Cache, arrival: &Arrival, visible: bool, sums: &mut [(SlotId, AreaSum)]) {
     for (slot, sum) in sums {
-        let cosine = cache.slots[*slot].normal.dot(arrival.direction).max(0.0);
+        let cosine = cache.slots[*slot].normal().dot(arrival.direction).max(0.0);
         sum.unoccluded += luminance(arrival.facing) * cosine;
         if visible {
             sum.visible += arrival.facing * cosine;

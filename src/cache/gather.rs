@@ -77,7 +77,7 @@ impl Cache {
     /// A vertex as it is now.
     #[must_use]
     pub fn site(&self, vertex: VertexId) -> Site {
-        let normals = self.slots_of(vertex).map(|slot| (slot, self.slots[slot].normal)).collect();
+        let normals = self.slots_of(vertex).map(|slot| (slot, self.slots[slot].normal())).collect();
         Site { vertex, shading_point: self.vertices[vertex].shading_point(), normals }
     }
 
@@ -315,7 +315,7 @@ impl Cache {
             return;
         }
         for (slot, sum) in sums {
-            self.expected.note(vertex.position, self.slots[*slot].normal, sum);
+            self.expected.note(vertex.position, self.slots[*slot].normal(), sum);
         }
     }
 }

@@ -106,7 +106,7 @@ impl Cache {
             let found = evaluate(&wave, &|run| cache.evaluate_run(run, eye));
             found.iter().for_each(|run| cache.add_by_rank(&run.predicted, &mut waves));
             for (&slot, light) in wave.iter().zip(found.iter().flat_map(|run| &run.lights)) {
-                self.slots[slot].indirect = light.kept();
+                self.slots[slot].set_indirect(light.kept());
                 specular.update(slot, |shown| shown.indirect = light.specular);
             }
             written.append(&mut wave);
@@ -168,9 +168,9 @@ impl Cache {
     /// The light that sums at a slot stand for.
     fn light_of(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> SlotLight {
         let record = &self.slots[slot];
-        let to_eye = (eye - self.vertices[record.vertex].position).normalize_or(record.normal);
+        let to_eye = (eye - self.vertices[record.vertex].position).normalize_or(record.normal());
         let specular = record.shininess().filter(|_| !record.mirror);
-        let specular = specular.map_or(Vec3::ZERO, |s| sum.specular(record.normal, to_eye, s));
+        let specular = specular.map_or(Vec3::ZERO, |s| sum.specular(record.normal(), to_eye, s));
         let variance = sum.variance_of_mean() / (PI * PI);
         SlotLight { diffuse: sum.irradiance() / PI, specular, variance, known: true, ..SlotLight::default() }
     }
@@ -193,8 +193,8 @@ mod tests {
         let middle = square.split(root).middles[2];
         let corners = square.cache.topology.nodes[root].corners;
         let ends = [corners[0], corners[2]];
-        (square.cache.slots[ends[0]].indirect, square.cache.slots[ends[1]].indirect) =
-            (known(1.0, 0.2), known(3.0, 0.4));
+        let lights = [known(1.0, 0.25), known(3.0, 0.5)];
+        ends.into_iter().zip(lights).for_each(|(end, light)| square.cache.slots[end].set_indirect(light));
         (square, middle, ends)
     }
 
@@ -208,7 +208,7 @@ mod tests {
         let (square, middle, _) = split();
         let light = predicted(&square, middle);
         assert!((light.diffuse.x - 2.0).abs() < 1e-6 && light.known && !light.stale, "{light:?}");
-        assert!((light.variance - (0.2 + 0.4) / 4.0).abs() < 1e-6, "the variance of a mean of independent values");
+        assert!((light.variance - (0.25 + 0.5) / 4.0).abs() < 1e-6, "the variance of a mean of independent values");
     }
 
     #[test]
@@ -218,11 +218,11 @@ mod tests {
         square.cache.vertices[vertex].progress.covered = true;
         let expected = (1.0 + 3.0 * COVERED_WEIGHT) / (1.0 + COVERED_WEIGHT);
         assert!((predicted(&square, middle).diffuse.x - expected).abs() < 1e-6);
-        square.cache.slots[far].indirect = Luminance::default();
+        square.cache.slots[far].set_indirect(Luminance::default());
         assert_eq!(predicted(&square, middle).diffuse.x, 1.0);
-        square.cache.slots[near].indirect.stale = true;
+        square.cache.slots[near].set_indirect(Luminance { stale: true, ..known(1.0, 0.25) });
         assert!(predicted(&square, middle).stale, "no better than what it comes from");
-        square.cache.slots[near].indirect = Luminance::default();
+        square.cache.slots[near].set_indirect(Luminance::default());
         assert!(!predicted(&square, middle).known);
     }
 
@@ -236,7 +236,7 @@ mod tests {
         square.gather(far, &[2.0; 32]);
         let mut specular = SpecularTable::default();
         let written = square.cache.refresh_indirect(&[near, far], Vec3::Y, &mut specular, &one_by_one);
-        let shown = |slot: SlotId| square.cache.slots[slot].indirect.diffuse.x;
+        let shown = |slot: SlotId| square.cache.slots[slot].indirect().diffuse.x;
         assert!((shown(middle) - 3.0).abs() < 1e-5, "{}", shown(middle));
         let quarter = finer.into_iter().find(|&slot| {
             let between = square.cache.between(slot).expect("a midpoint");
@@ -256,7 +256,7 @@ mod tests {
             square.gather(middle, &[0.0, 5.0].repeat(rays / 2));
             let (slots, mut specular) = ([ends[0], ends[1], middle], SpecularTable::default());
             square.cache.refresh_indirect(&slots, Vec3::Y, &mut specular, &one_by_one);
-            square.cache.slots[middle].indirect.diffuse.x
+            square.cache.slots[middle].indirect().diffuse.x
         };
         let (few, many) = (show(16), show(16_384));
         assert!(2.0 < few && few < 2.4, "noisy: it leans on the ends, which say 2: {few}");

@@ -64,8 +64,8 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
         vertex,
         receiver: Receiver {
             x: vertex.position,
-            normal: record.normal,
-            to_eye: (eye - vertex.position).normalize_or(record.normal),
+            normal: record.normal(),
+            to_eye: (eye - vertex.position).normalize_or(record.normal()),
             shininess: record.shininess().unwrap_or(0.0),
         },
         shines: record.shininess().is_some(),
@@ -100,13 +100,13 @@ impl Cache {
     pub fn note_direct(&mut self, slot: SlotId, shown: &Shown) {
         let record = &mut self.slots[slot];
         let progress = &mut self.vertices[record.vertex].progress;
-        record.direct = Luminance {
+        record.set_direct(Luminance {
             diffuse: shown.diffuse.value,
             variance: shown.diffuse.variance,
             known: progress.visited,
             stale: shown.guessed,
             ..Luminance::default()
-        };
+        });
         progress.left = shown.left;
     }
 }

@@ -63,9 +63,7 @@ impl Cache {
         self.indirect.forget(vertex, slot);
         let normal = self.look_inside(id, weights).normal;
         self.between.weigh(self.slots[slot].between, weights);
-        let record = &mut self.slots[slot];
-        record.normal = normal;
-        (record.direct, record.indirect) = Default::default();
+        self.slots[slot].turn_to(normal);
     }
 
     /// The slot in the middle of a leaf's edge `at` that it is drawn through, if finer neighbours have put one there.

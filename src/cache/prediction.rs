@@ -66,7 +66,7 @@ impl Cache {
         let between = self.between(slot)?;
         let light = |other: SlotId| match between.coarse {
             true => self.turned(other, slot, eye),
-            false => SlotLight::new(self.slots[other].indirect, eye.specular.get(other).indirect),
+            false => SlotLight::new(self.slots[other].indirect(), eye.specular.get(other).indirect),
         };
         let parts = between.of.iter().map(|&(other, weight)| (light(other), weight * self.weight(other)));
         let found = Prediction::mean(parts)?;
@@ -85,10 +85,10 @@ impl Cache {
 
     /// What the base vertices that a base slot shares faces with have gathered, where one ray has so much variance.
     pub(super) fn prediction_by_neighbours(&self, slot: SlotId, variance_of_ray: f32) -> Option<Prediction> {
-        let normal = self.slots[slot].normal;
+        let normal = self.slots[slot].normal();
         let part = |other: SlotId| {
             let sum = self.indirect.sum(other);
-            let weight = normal.dot(self.slots[other].normal).max(0.0).powi(NORMAL_POWER) * self.weight(other);
+            let weight = normal.dot(self.slots[other].normal()).max(0.0).powi(NORMAL_POWER) * self.weight(other);
             let own = self.gathered(other, Vec3::ZERO);
             (SlotLight { variance: variance_of_ray / sum.independent_rays(), known: sum.samples() > 1, ..own }, weight)
         };
@@ -112,9 +112,9 @@ impl Cache {
     /// The light of a slot as it would be on the surface of another.
     fn turned(&self, slot: SlotId, other: SlotId, eye: Eye<'_>) -> SlotLight {
         let (record, gathered, other) = (&self.slots[slot], self.indirect.sum(slot), &self.slots[other]);
-        let gain = if gathered.samples() > 0 { gathered.turning(record.normal, other.normal) } else { 1.0 };
+        let gain = if gathered.samples() > 0 { gathered.turning(record.normal(), other.normal()) } else { 1.0 };
         let as_glossy = (record.shininess(), record.mirror) == (other.shininess(), other.mirror);
         let specular = if as_glossy { eye.specular.get(slot).indirect } else { Vec3::ZERO };
-        SlotLight { diffuse: record.indirect.diffuse * gain, ..SlotLight::new(record.indirect, specular) }
+        SlotLight { diffuse: record.indirect().diffuse * gain, ..SlotLight::new(record.indirect(), specular) }
     }
 }

@@ -5,7 +5,8 @@
 //! A cell's mean is unbiased for all the rays that fall into it. What a single reader gets wrong is how light changes
 //! within a cell, whose size is bounded by the length of the ray, so that it evens out over the hemisphere.
 
-use super::cell_table::CellTable;
+use super::cell::Cell;
+use super::cell_table::{CellTable, KEY_BITS};
 use crate::math::nearest_axis;
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -25,18 +26,24 @@ const ENOUGH_OF_OWN: f32 = 2.0;
 const COARSE_FOR: u32 = 512;
 /// No more cells than this are made; where none is, paths go on.
 const MOST_CELLS: usize = 1 << 21;
-/// Bits of a packed coordinate.
-const BITS: u32 = 16;
+/// Levels of the finest cells that there are.
+const MOST_LEVEL: u32 = FINEST as u32 + DEPTH as u32 - 1;
+/// Bits of a side.
+const SIDE_BITS: u32 = 3;
+const _: () = assert!(3 * MOST_LEVEL + 1 + SIDE_BITS <= KEY_BITS);
 /// How far the grid begins before the scene's bounds, in diagonals: walls in planes of the grid would fall into two
 /// cells by rounding.
 const MARGIN: Vec3 = Vec3::new(0.0137, 0.0171, 0.0193);
+/// Edge of the grid, in diagonals: with its margin, no scene is longer along an axis.
+const EDGE: f32 = 1.02;
 
 /// Means of the radiance that leaves surfaces, by place and side.
 #[derive(Clone, Debug, Default)]
 pub struct RadianceGrid {
     cells: CellTable,
     origin: Vec3,
-    diagonal: f32,
+    /// Its edge, scene units.
+    size: f32,
 }
 
 /// The cells that hold a hit: the finest, of which the others follow.
@@ -57,10 +64,10 @@ pub struct Deposit {
 }
 
 impl CellKey {
-    /// One number for the cell `up` levels above the finest.
+    /// One number for the cell `up` levels above the finest: a 1, three coordinates of as many bits as its level says, its side.
     fn packed(self, up: u8) -> u64 {
-        let head = u64::from(self.level - up) << 3 | u64::from(self.side);
-        self.place.iter().fold(head, |key, &p| key << BITS | u64::from(p >> up))
+        let bits = self.level - up;
+        self.place.iter().fold(1, |key, &p| key << bits | u64::from(p >> up)) << SIDE_BITS | u64::from(self.side)
     }
 }
 
@@ -68,21 +75,22 @@ impl RadianceGrid {
     /// An empty grid over a scene that begins at `low` and has this diagonal.
     #[must_use]
     pub fn new(low: Vec3, diagonal: f32) -> Self {
-        Self { origin: low - MARGIN * diagonal, diagonal, ..Self::default() }
+        Self { origin: low - MARGIN * diagonal, size: diagonal * EDGE, ..Self::default() }
     }
 
     /// The cells of a hit at `position`, on the side of its surface that `facing` points to (of any length), by a ray
     /// of length `distance`.
     #[must_use]
     pub fn key(&self, position: Vec3, facing: Vec3, distance: f32) -> CellKey {
-        let wanted = SHARE * distance / self.diagonal;
+        let wanted = SHARE * distance / self.size;
         let level = (-wanted.log2()).ceil().clamp(0.0, FINEST) as u8 + DEPTH - 1;
         let place = (position - self.origin) / self.edge(level);
-        CellKey { place: place.to_array().map(|p| p as u16), level, side: nearest_axis(facing) }
+        let last = (1 << level) - 1;
+        CellKey { place: place.to_array().map(|p| (p as u16).min(last)), level, side: nearest_axis(facing) }
     }
 
     fn edge(&self, level: u8) -> f32 {
-        self.diagonal / (1_u32 << level) as f32
+        self.size / (1_u32 << level) as f32
     }
 
     /// Radiance that leaves a hit's surroundings, if enough paths ended there for a ray of length `distance`, one of
@@ -94,7 +102,7 @@ impl RadianceGrid {
             let width = self.edge(key.level - up) / distance;
             let cell = (width < 1.0).then(|| self.cells.get(key.packed(up))).flatten()?;
             let enough = ENOUGH + ENOUGH_OF_OWN * own as f32 * width * width / PI;
-            (cell.paths as f32 >= enough).then(|| cell.sum / cell.paths as f32)
+            (cell.paths() as f32 >= enough).then(|| cell.mean())
         })
     }
 
@@ -102,11 +110,12 @@ impl RadianceGrid {
     pub fn add(&mut self, deposits: &[Deposit]) {
         for deposit in deposits {
             for up in (0..DEPTH).rev() {
-                let (key, is_full) = (deposit.key.packed(up), self.cells.len() >= MOST_CELLS);
-                let cell = if is_full { self.cells.get_mut(key) } else { Some(self.cells.get_or_make(key)) };
-                let Some(cell) = cell else { continue };
-                cell.sum += deposit.radiance;
-                cell.paths += 1;
+                let key = deposit.key.packed(up);
+                let change = |cell: Cell| cell.with(deposit.radiance, key);
+                match self.cells.len() < MOST_CELLS {
+                    true => self.cells.change_or_make(key, change),
+                    false => self.cells.change(key, change),
+                }
             }
         }
     }
@@ -114,7 +123,7 @@ impl RadianceGrid {
     /// Takes in that the lights have changed, all by the ratio `common`, by channel, or each by its own.
     pub fn relight(&mut self, common: Option<Vec3>) {
         match common {
-            Some(ratio) => self.cells.cells_mut().for_each(|cell| cell.sum *= ratio),
+            Some(ratio) => self.cells.change_all(|cell| cell.scaled(ratio)),
             None => self.cells = CellTable::default(),
         }
     }
@@ -201,7 +210,7 @@ mod tests {
         let mut grid = grid();
         let first = Deposit { key: grid.key(Vec3::splat(0.5), Vec3::Y, 1.0), radiance: Vec3::ONE };
         grid.add(&[first]);
-        let place = |i: u32| CellKey { place: [i, i >> 10, i >> 20].map(|p| (p << DEPTH) as u16), level: 10, side: 0 };
+        let place = |i: u32| CellKey { place: [i, i >> 10, i >> 20].map(|p| (p & 1023) as u16), level: 10, side: 0 };
         for i in 0..MOST_CELLS as u32 {
             grid.add(&[Deposit { key: place(i), radiance: Vec3::ONE }]);
         }

@@ -2,7 +2,9 @@
 
 use super::between::Place;
 use super::ids::{BetweenId, Link, SlotId, VertexId};
+use super::kept_luminance::KeptLuminance;
 use super::sparse::Sparse;
+use crate::math::unit_vector::UnitVector;
 use glam::Vec3;
 
 /// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows
@@ -17,16 +19,14 @@ pub struct SlotRecord {
     pub vertex: VertexId,
     /// The vertex's next slot.
     pub next: Link<SlotId>,
-    /// Unit shading normal, on the vertex's side.
-    pub normal: Vec3,
+    /// Shading normal, on the vertex's side.
+    normal: UnitVector,
     /// Phong exponent where the surface is glossy, [`MATT`] elsewhere.
     exponent: f32,
     /// Whether it is meant to mirror: until there are reflections its highlight shows direct light only.
     pub mirror: bool,
-    /// Direct light.
-    pub direct: Luminance,
-    /// Indirect light.
-    pub indirect: Luminance,
+    direct: KeptLuminance,
+    indirect: KeptLuminance,
     /// Where the slots are listed that it lies between.
     pub(super) between: Place,
     /// Its place in the order in which slots are predicted: the spacing's number for base vertices, see
@@ -125,11 +125,11 @@ impl SlotRecord {
         Self {
             vertex,
             next,
-            normal,
+            normal: UnitVector::new(normal),
             exponent: shininess.unwrap_or(MATT),
             mirror,
-            direct: Luminance::default(),
-            indirect: Luminance::default(),
+            direct: KeptLuminance::default(),
+            indirect: KeptLuminance::default(),
             between: Place::default(),
             rank: UNPLACED,
             first_between: Link::NONE,
@@ -138,7 +138,44 @@ impl SlotRecord {
 
     /// Whether it has this look. Coplanar facets may differ in the last bits of their normals; 1e-6 is 0.08°.
     pub(super) fn looks(&self, look: Look) -> bool {
-        (self.shininess(), self.mirror) == (look.shininess, look.mirror) && self.normal.dot(look.normal) > 1.0 - 1e-6
+        (self.shininess(), self.mirror) == (look.shininess, look.mirror) && self.normal().dot(look.normal) > 1.0 - 1e-6
+    }
+
+    /// Unit shading normal, on the vertex's side.
+    #[must_use]
+    #[inline]
+    pub fn normal(&self) -> Vec3 {
+        self.normal.get()
+    }
+
+    /// Takes another normal; what is known of its light is of no more use.
+    pub(super) fn turn_to(&mut self, normal: Vec3) {
+        self.normal = UnitVector::new(normal);
+        (self.direct, self.indirect) = Default::default();
+    }
+
+    /// Direct light.
+    #[must_use]
+    #[inline]
+    pub fn direct(&self) -> Luminance {
+        self.direct.get()
+    }
+
+    /// Indirect light.
+    #[must_use]
+    #[inline]
+    pub fn indirect(&self) -> Luminance {
+        self.indirect.get()
+    }
+
+    /// Notes the direct light.
+    pub fn set_direct(&mut self, light: Luminance) {
+        self.direct = KeptLuminance::new(light);
+    }
+
+    /// Notes the indirect light.
+    pub fn set_indirect(&mut self, light: Luminance) {
+        self.indirect = KeptLuminance::new(light);
     }
 
     /// Phong exponent where the surface is glossy.
@@ -162,7 +199,7 @@ impl SlotRecord {
     /// Diffuse luminance D of all light, W·sr⁻¹·m⁻².
     #[must_use]
     pub fn diffuse(&self) -> Vec3 {
-        self.direct.diffuse + self.indirect.diffuse
+        self.direct().diffuse + self.indirect().diffuse
     }
 }
 

@@ -82,12 +82,12 @@ impl Cache {
 
     fn is_to_interpolate(&self, slot: SlotId) -> bool {
         let record = &self.slots[slot];
-        record.is_base() && (record.indirect.coarse || !record.indirect.stale)
+        record.is_base() && (record.indirect().coarse || !record.indirect().stale)
     }
 
     fn place(&self, slot: SlotId) -> (Vec3, Vec3) {
         let record = &self.slots[slot];
-        (self.vertices[record.vertex].position, record.normal)
+        (self.vertices[record.vertex].position, record.normal())
     }
 
     fn sample(&self, slot: SlotId) -> Sample {
@@ -110,7 +110,7 @@ impl Cache {
         let mut changes = Table::<SlotId, Vec3>::default();
         let mut changed = Vec::new();
         for &slot in &of.slots {
-            let kept = self.slots[slot].indirect.diffuse;
+            let kept = self.slots[slot].indirect().diffuse;
             let change = match self.kind(slot) {
                 Kind::Gathered => samples.next().map(|mean| *mean - kept),
                 Kind::Base => places.next().copied().flatten().map(|mean| mean - kept),
@@ -128,7 +128,7 @@ impl Cache {
 
     /// How the prediction of a slot inside a face changes with what predicts it.
     fn change_of_prediction(&self, slot: SlotId, changes: &Table<SlotId, Vec3>) -> Option<Vec3> {
-        let known = |other: &&(SlotId, f32)| self.slots[other.0].indirect.known;
+        let known = |other: &&(SlotId, f32)| self.slots[other.0].indirect().known;
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
         for &(other, weight) in self.between(slot)?.of.iter().filter(known) {
             let weight = weight * self.weight(other);
@@ -158,7 +158,7 @@ mod tests {
         }
         for slot in [a, b, c] {
             let light = square.cache.gathered(slot, Vec3::Y);
-            square.cache.slots[slot].indirect = light.kept();
+            square.cache.slots[slot].set_indirect(light.kept());
         }
         (square, [a, b, c, d], middle)
     }
@@ -181,14 +181,14 @@ mod tests {
     #[test]
     fn what_noise_tells_apart_is_shown_alike_and_known_as_before() {
         let (mut square, [a, b, c, d], middle) = lit();
-        let kept = [a, b, c].map(|slot| square.cache.slots[slot].indirect);
+        let kept = [a, b, c].map(|slot| square.cache.slots[slot].indirect());
         let changed = smooth(&mut square.cache);
         let values = [a, b, c].map(|slot| shown(&square.cache, slot));
         assert!(values.iter().all(|value| (0.93..1.07).contains(value)), "{values:?}");
-        assert_eq!([a, b, c].map(|slot| square.cache.slots[slot].indirect), kept);
+        assert_eq!([a, b, c].map(|slot| square.cache.slots[slot].indirect()), kept);
         assert!((shown(&square.cache, d) - 1.0).abs() < 0.07, "between the others");
         let ends = (shown(&square.cache, a) + shown(&square.cache, c)) / 2.0;
-        let before = square.cache.slots[middle].indirect.diffuse.x + ends - (0.875 + 1.125) / 2.0;
+        let before = square.cache.slots[middle].indirect().diffuse.x + ends - (0.875 + 1.125) / 2.0;
         assert!((shown(&square.cache, middle) - before).abs() < 1e-5, "a midpoint changes with its ends");
         assert!([a, c, d, middle].iter().all(|slot| changed.contains(slot)), "{changed:?}");
         assert!(smooth(&mut square.cache).is_empty(), "nothing new");
@@ -198,7 +198,7 @@ mod tests {
     fn nothing_smoothed_outlives_the_light_that_it_was_made_of() {
         let (mut square, [a, ..], _) = lit();
         smooth(&mut square.cache);
-        let kept = square.cache.slots[a].indirect.diffuse.x;
+        let kept = square.cache.slots[a].indirect().diffuse.x;
         assert!(shown(&square.cache, a) != kept);
         let light = |power: f32| Lighting { power: Vec3::splat(power), ..Lighting::default() };
         square.cache.relight_indirect(light(1.0), &light(3.0));

@@ -90,7 +90,7 @@ impl Cache {
         let vertex = self.topology.midpoint(node.edges[at])?;
         let ends = [node.corners[at], node.corners[(at + 1) % 3]];
         let [a, b] = ends.map(|slot| &self.slots[slot]);
-        let normal = (a.normal + b.normal).normalize_or(a.normal);
+        let normal = (a.normal() + b.normal()).normalize_or(a.normal());
         let look = Look { normal, shininess: a.shininess(), mirror: a.mirror };
         let slot = self.slot(vertex, look);
         if self.between(slot).is_none() {
@@ -119,8 +119,8 @@ impl Cache {
     pub(super) fn look_inside(&self, id: NodeId, weights: [f32; 3]) -> Look {
         let corners = self.topology.nodes[id].corners.map(|slot| &self.slots[slot]);
         let [a, ..] = corners;
-        let sum: Vec3 = corners.iter().zip(weights).map(|(corner, weight)| corner.normal * weight).sum();
-        Look { normal: sum.normalize_or(a.normal), shininess: a.shininess(), mirror: a.mirror }
+        let sum: Vec3 = corners.iter().zip(weights).map(|(corner, weight)| corner.normal() * weight).sum();
+        Look { normal: sum.normalize_or(a.normal()), shininess: a.shininess(), mirror: a.mirror }
     }
 
     /// Draws a leaf through the midpoints on its edges, so that no crack or kink shows (conforming triangulation).

@@ -143,12 +143,12 @@ impl Cache {
     pub fn diffuse_to_show(&self, slot: SlotId) -> Vec3 {
         let record = &self.slots[slot];
         if let Some(indirect) = self.indirect.smoothed.get(slot) {
-            return record.direct.diffuse + indirect;
+            return record.direct().diffuse + indirect;
         }
-        if record.indirect.known || self.without.has(Piece::IrradiancePrior) {
+        if record.indirect().known || self.without.has(Piece::IrradiancePrior) {
             return record.diffuse();
         }
-        record.direct.diffuse + self.expected.at(self.vertices[record.vertex].position, record.normal)
+        record.direct().diffuse + self.expected.at(self.vertices[record.vertex].position, record.normal())
     }
 
     /// Checks hierarchy, slots and drawn triangles against each other, in time linear in their number.
@@ -173,7 +173,7 @@ impl Cache {
         }
         for id in self.slots.ids() {
             assert!(listed[id], "slot {} is listed at its vertex", id.0);
-            assert!((self.slots[id].normal.length() - 1.0).abs() < 1e-3, "slot {}: unit normal", id.0);
+            assert!((self.slots[id].normal().length() - 1.0).abs() < 1e-3, "slot {}: unit normal", id.0);
         }
     }
 

@@ -78,7 +78,8 @@ impl Rooted {
     /// Has every slot show direct light of this diffuse luminance, without noise.
     pub fn show_direct(&mut self, diffuse: impl Fn(Vec3) -> f32) {
         for slot in self.cache.slots.ids() {
-            self.cache.slots[slot].direct = known(diffuse(self.position(slot)), 0.0);
+            let light = known(diffuse(self.position(slot)), 0.0);
+            self.cache.slots[slot].set_direct(light);
         }
     }
 
@@ -87,7 +88,7 @@ impl Rooted {
         let vertex = self.cache.slots[slot].vertex;
         let position = self.cache.vertices[vertex].position;
         let round = Round { vertex, position, rays: found.len() as u32, sums: 1 };
-        let sum = gathered(self.cache.slots[slot].normal, found);
+        let sum = gathered(self.cache.slots[slot].normal(), found);
         self.cache.indirect.add(round, &[(slot, sum)]);
     }
 }

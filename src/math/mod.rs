@@ -4,8 +4,10 @@ pub mod hemisphere;
 pub mod phong_polygon;
 pub mod polygon;
 pub mod sequence;
+pub mod shared_exponent;
 pub mod spherical_triangle;
 pub mod triangle;
+pub mod unit_vector;
 
 use glam::Vec3;
 

@@ -16,6 +16,9 @@ pub struct Bands<E> {
 /// Bits of a key below those that name its band: of a positive one its exponent and three more.
 const WITHIN: u32 = f32::MANTISSA_DIGITS - 1 - 3;
 
+/// Entries by which a heap grows at least; beyond them it grows by an eighth, like all tables.
+const LEAST: usize = 16;
+
 impl<E: Ord> Default for Bands<E> {
     fn default() -> Self {
         Self { heaps: Vec::new(), greatest: 0, len: 0 }
@@ -29,7 +32,11 @@ impl<E: Ord> Bands<E> {
         if band >= self.heaps.len() {
             self.heaps.resize_with(band + 1, BinaryHeap::new);
         }
-        self.heaps[band].push(entry);
+        let heap = &mut self.heaps[band];
+        if heap.len() == heap.capacity() {
+            heap.reserve_exact((heap.len() / 8).max(LEAST));
+        }
+        heap.push(entry);
         self.greatest = if self.len == 0 { band } else { self.greatest.max(band) };
         self.len += 1;
     }

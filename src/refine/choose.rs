@@ -29,7 +29,7 @@ const STALE: f32 = 0.8;
 pub(super) const fn leaf_of(task: Task) -> Option<NodeId> {
     match task {
         Task::Split(id) | Task::SamplePixel(id) | Task::RefineIndirect(id) | Task::CheckPixels(id) => Some(id),
-        Task::FirstVisit(_) | Task::TraceDeferred(_) | Task::DoublePoints(_) | Task::Gather(_) => None,
+        Task::TraceDeferred(_) | Task::DoublePoints(_) | Task::Gather(_) => None,
     }
 }
 
@@ -105,7 +105,7 @@ impl Engine {
             Task::TraceDeferred(id) | Task::DoublePoints(id) => Some(model.vertex_key(id, self.rays_of(task))),
             Task::Gather(id) => Some(model.gather_key(id)),
             Task::RefineIndirect(id) => (!self.cache.topology.nodes[id].indirect_split).then(|| model.refine_key(id)),
-            Task::FirstVisit(_) | Task::CheckPixels(_) => None,
+            Task::CheckPixels(_) => None,
         }
     }
 
@@ -126,7 +126,7 @@ impl Engine {
                 work.gather_rays += 3 * self.error_model().first_rays(node);
                 work.refined.push(node);
             }
-            Task::FirstVisit(_) | Task::CheckPixels(_) => {}
+            Task::CheckPixels(_) => {}
         }
     }
 
@@ -146,7 +146,7 @@ impl Engine {
             }
             Task::TraceDeferred(id) => left(id).settle as f32,
             Task::DoublePoints(id) => left(id).double as f32,
-            Task::FirstVisit(_) | Task::Gather(_) | Task::RefineIndirect(_) | Task::CheckPixels(_) => 0.0,
+            Task::Gather(_) | Task::RefineIndirect(_) | Task::CheckPixels(_) => 0.0,
         }
     }
 }

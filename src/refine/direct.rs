@@ -43,7 +43,7 @@ impl Engine {
         let mut slots = self.slots_of_all(&changed);
         slots.extend(grown.kept);
         let middles = grown.splits.iter().flat_map(|leaf| leaf.split.middles);
-        slots.extend(middles.filter(|&slot| !self.cache.slots[slot].direct.known));
+        slots.extend(middles.filter(|&slot| !self.cache.slots[slot].direct().known));
         let first_visits = !work.first_visits.is_empty();
         if !first_visits && !self.options.without.has(Piece::Confirm) {
             self.confirm(&grown.splits, &mut slots);
@@ -187,7 +187,7 @@ impl Engine {
     fn can_light(&self, vertex: VertexId, light: u32) -> bool {
         let position = self.cache.vertices[vertex].position;
         let emitter = self.lights.group(light as usize);
-        self.cache.slots_of(vertex).any(|slot| emitter.bound(position, self.cache.slots[slot].normal) > 0.0)
+        self.cache.slots_of(vertex).any(|slot| emitter.bound(position, self.cache.slots[slot].normal()) > 0.0)
     }
 
     /// Computes D and S of slots on all workers; the slots are then due to be sent.
@@ -200,7 +200,7 @@ impl Engine {
             self.cache.note_direct(slot, &shown);
             self.view.specular.update(slot, |at| at.direct = shown.specular);
         }
-        let is_fresh = |&&slot: &&SlotId| !self.cache.slots[slot].indirect.known;
+        let is_fresh = |&&slot: &&SlotId| !self.cache.slots[slot].indirect().known;
         let fresh: Vec<SlotId> = slots.iter().filter(is_fresh).copied().collect();
         self.refresh_unseen(&fresh);
         self.publisher.note_changed(slots);

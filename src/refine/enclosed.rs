@@ -48,7 +48,7 @@ impl Engine {
 
     /// Whether a vertex that nothing covers, as far as is known, has sent rays that have found no light.
     fn has_found_no_light(&self, vertex: VertexId) -> bool {
-        let dark = |slot: SlotId| self.cache.slots[slot].indirect.diffuse == Vec3::ZERO;
+        let dark = |slot: SlotId| self.cache.slots[slot].indirect().diffuse == Vec3::ZERO;
         let sampled = self.cache.indirect.rays(vertex) > 0 && !self.cache.vertices[vertex].progress.covered;
         sampled && self.cache.slots_of(vertex).all(dark)
     }
@@ -57,9 +57,9 @@ impl Engine {
     /// looked often enough or something stands between it and one of those.
     fn is_enclosed(&mut self, vertex: VertexId, slots: &[SlotId], nodes: &[NodeId]) -> bool {
         // What was put off is guessed: a little direct light proves nothing.
-        let direct = slots.iter().map(|s| self.cache.slots[*s].direct.diffuse.max_element()).fold(0.0, f32::max);
+        let direct = slots.iter().map(|s| self.cache.slots[*s].direct().diffuse.max_element()).fold(0.0, f32::max);
         let is_lit = |slot: &SlotId| {
-            let light = self.cache.slots[*slot].indirect;
+            let light = self.cache.slots[*slot].indirect();
             light.diffuse.max_element() * FAINT > direct && !light.stale
         };
         let corners = nodes.iter().flat_map(|n| self.cache.topology.nodes[*n].corners).filter(is_lit);

@@ -225,7 +225,7 @@ impl Engine {
     }
 
     /// Whether every visible vertex has been visited.
-    pub(super) const fn is_complete(&self) -> bool {
+    pub(super) fn is_complete(&self) -> bool {
         self.scheduler.first_visits() == 0
     }
 

@@ -121,7 +121,7 @@ impl ErrorModel<'_> {
     pub(super) fn shown(&self, face: FaceId, slot: SlotId) -> [f32; 2] {
         let (record, specular) = (&self.cache.slots[slot], self.view.specular.get(slot));
         let shown = |diffuse, specular| self.reflectances.shown(self.scene, face, diffuse, specular);
-        [shown(record.direct.diffuse, specular.direct), shown(record.indirect.diffuse, specular.indirect)]
+        [shown(record.direct().diffuse, specular.direct), shown(record.indirect().diffuse, specular.indirect)]
     }
 
     /// Luminance of direct and of indirect light shown at the corners of a node, and which corners are covered.
@@ -152,7 +152,7 @@ impl ErrorModel<'_> {
             contrast = shown.iter().fold(contrast, |most, corner| most.max(michelson(*corner, inner)));
         }
         let noise_gain = self.reflectances.noise_gain(self.scene, node.face);
-        let variance = node.corners.map(|slot| self.cache.slots[slot].direct.variance).iter().sum::<f32>();
+        let variance = node.corners.map(|slot| self.cache.slots[slot].direct().variance).iter().sum::<f32>();
         let unseen = CONTRAST_WEIGHT * (contrast * mean).powi(2);
         let (highlight, mismatch) = (self.highlight(id), self.mismatch(id));
         // Across a hard edge a child is as wrong as its parent was: only fewer of them are.
@@ -161,8 +161,8 @@ impl ErrorModel<'_> {
         let interpolation = surplus
             + SURPLUS_TO_MSE * CHILD * unseen
             + self.unmeasured_edge(id, contrast) * mean.powi(2)
-            + highlight * highlight * self.view.leaves[id].highlight_share
-            + mismatch * mismatch * self.view.leaves[id].mismatch_share;
+            + highlight * highlight * self.view.hidden.get(id).highlight_share
+            + mismatch * mismatch * self.view.hidden.get(id).mismatch_share;
         let covered = covered.contains(&true) && covered.contains(&false);
         let least = total.iter().fold(f32::INFINITY, |m, &v| m.min(v));
         LeafEstimate { mean, least, covered, contrast, interpolation, noise: noise_gain * variance / 6.0 }
@@ -208,7 +208,7 @@ impl ErrorModel<'_> {
     fn settled_leaf(&self, id: NodeId, inner: SlotId) -> LeafEstimate {
         let face = self.cache.topology.nodes[id].face;
         let shown = self.shown(face, inner).iter().sum();
-        let noise = self.reflectances.noise_gain(self.scene, face) * self.cache.slots[inner].direct.variance;
+        let noise = self.reflectances.noise_gain(self.scene, face) * self.cache.slots[inner].direct().variance;
         LeafEstimate { mean: shown, least: shown, contrast: 0.0, covered: false, interpolation: 0.0, noise }
     }
 
@@ -243,7 +243,7 @@ impl ErrorModel<'_> {
         let (shown, covered) = self.corners(id);
         let node = &self.cache.topology.nodes[id];
         let gain = self.reflectances.noise_gain(self.scene, node.face);
-        let variance = |slot: SlotId| self.cache.slots[slot].direct.variance;
+        let variance = |slot: SlotId| self.cache.slots[slot].direct().variance;
         let mean = shown.iter().map(|s| s[0]).sum::<f32>() / 3.0;
         let mut noise = 0.0;
         let d = [0, 1, 2].map(|i| {
@@ -333,7 +333,7 @@ impl ErrorModel<'_> {
 
     /// Luminance by which a pixel of a leaf is known to differ most from what its corners say.
     fn mismatch(&self, id: NodeId) -> f32 {
-        self.diffuse_reflectance(id) * self.view.leaves[id].mismatch
+        self.diffuse_reflectance(id) * self.view.hidden.get(id).mismatch
     }
 
     /// Whether something between a leaf's corners is a strong contrast to the mean of what they show.
@@ -356,7 +356,7 @@ impl ErrorModel<'_> {
     /// How much brighter than it is drawn a leaf is somewhere between its corners.
     fn highlight(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id];
-        self.reflectances.of_face(self.scene, node.face)[1] * self.view.leaves[id].highlight
+        self.reflectances.of_face(self.scene, node.face)[1] * self.view.hidden.get(id).highlight
     }
 
     /// Square of the slope of the tone curve at a luminance, with x/(1+x) for the curve: what is shown nearly white
@@ -396,7 +396,7 @@ impl ErrorModel<'_> {
         }
         let mut gain = 0.0;
         for slot in self.cache.slots_of(id) {
-            let variance = self.cache.slots[slot].direct.variance;
+            let variance = self.cache.slots[slot].direct().variance;
             for drawn in self.cache.drawn.with_slot(slot) {
                 let id = self.cache.drawn.triangles[drawn].node;
                 let node = &self.cache.topology.nodes[id];
@@ -414,7 +414,7 @@ impl ErrorModel<'_> {
     fn noise_shows(&self, slot: SlotId) -> bool {
         let record = &self.cache.slots[slot];
         let floor = self.tolerance * luminance(record.diffuse()).max(self.mean);
-        record.direct.variance > floor * floor
+        record.direct().variance > floor * floor
     }
 
     fn longest_edge(&self, node: NodeId) -> f32 {

@@ -14,7 +14,7 @@ const FEW: usize = 8;
 
 /// A highlight that a leaf's corners do not show.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Hidden {
+struct Highlight {
     /// How much brighter the leaf is there than it is drawn: specular luminance S, W·sr⁻¹·m⁻².
     pub surplus: f32,
     /// Share of the leaf that it covers.
@@ -24,19 +24,19 @@ pub struct Hidden {
 impl Engine {
     /// Looks for highlights hidden in leaves. No ray is traced: lights are as visible as they are at the corners.
     pub(super) fn look_for_highlights(&mut self, nodes: &[NodeId]) {
-        for &node in nodes {
-            let leaf = &mut self.view.leaves[node];
-            (leaf.highlight, leaf.highlight_share) = (0.0, 0.0);
-        }
+        nodes.iter().for_each(|&node| self.note_highlight(node, Highlight::default()));
         let glossy: Vec<NodeId> = nodes.iter().copied().filter(|&node| self.shows_highlights(node)).collect();
         let engine = &*self;
         let found = self.workers.map_chunks(&glossy, FEW, |chunk| {
             chunk.iter().map(|&node| engine.hidden_highlight(node)).collect::<Vec<_>>()
         });
         for (node, hidden) in glossy.into_iter().zip(found.into_iter().flatten()) {
-            let leaf = &mut self.view.leaves[node];
-            (leaf.highlight, leaf.highlight_share) = (hidden.surplus, hidden.share);
+            self.note_highlight(node, hidden);
         }
+    }
+
+    fn note_highlight(&mut self, node: NodeId, Highlight { surplus, share }: Highlight) {
+        self.view.hidden.update(node, |hidden| (hidden.highlight, hidden.highlight_share) = (surplus, share));
     }
 
     /// Whether a leaf is seen, glossy, and its corners are known.
@@ -46,19 +46,19 @@ impl Engine {
         !self.options.without.has(Piece::Highlights)
             && self.view.leaves[id].pixels > 0.0
             && self.view.sees(id)
-            && slots.iter().all(|slot| slot.direct.known && slot.shininess().is_some())
+            && slots.iter().all(|slot| slot.direct().known && slot.shininess().is_some())
     }
 
-    fn hidden_highlight(&self, id: NodeId) -> Hidden {
+    fn hidden_highlight(&self, id: NodeId) -> Highlight {
         let slots = self.cache.topology.nodes[id].corners;
         let corners = slots.map(|slot| &self.cache.slots[slot]);
         let vertices = corners.map(|slot| slot.vertex);
         let shown = slots.map(|slot| luminance(self.view.specular.get(slot).direct));
         let shininess = corners[0].shininess().unwrap_or(0.0);
         let positions = self.cache.corner_positions(id);
-        let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal), shininess, self.view.eye);
+        let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal()), shininess, self.view.eye);
         let floor = FLOOR * self.image.mean() + shown.iter().fold(f32::INFINITY, |m, &s| m.min(s));
-        let mut hidden = Hidden::default();
+        let mut hidden = Highlight::default();
         for (light, (emitter, layer)) in self.lights.groups().zip(&self.cache.layers).enumerate() {
             let factor = self.lights.group_factor(light);
             let visible = vertices.map(|v| layer.visibility.get(v).fraction()).iter().sum::<f32>() / 3.0;
@@ -72,7 +72,7 @@ impl Engine {
                 let drawn = Vec3::from(shown).dot(Vec3::from(peak.at));
                 let surplus = luminance(peak.specular * factor) * visible - drawn;
                 if surplus > hidden.surplus {
-                    hidden = Hidden { surplus, share: peak.share };
+                    hidden = Highlight { surplus, share: peak.share };
                 }
             }
         }

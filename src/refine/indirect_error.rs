@@ -68,7 +68,7 @@ impl ErrorModel<'_> {
     #[must_use]
     pub fn indirect_error(&self, id: NodeId) -> [f32; 2] {
         let node = &self.cache.topology.nodes[id];
-        let lights = node.corners.map(|slot| self.cache.slots[slot].indirect);
+        let lights = node.corners.map(|slot| self.cache.slots[slot].indirect());
         let covered = node.corners.map(|slot| self.is_covered(slot));
         let valid = || (0..3).filter(|&i| !covered[i]).map(|i| &lights[i]);
         let count = valid().count();
@@ -98,7 +98,7 @@ impl ErrorModel<'_> {
         let middles = node.edges.into_iter().filter_map(|edge| self.cache.topology.midpoint(edge));
         let slots =
             middles.filter_map(|middle| self.cache.slots_of(middle).find(|&slot| self.cache.indirect.is_sampled(slot)));
-        slots.map(|slot| self.cache.slots[slot].indirect.variance).sum::<f32>() / 6.0
+        slots.map(|slot| self.cache.slots[slot].indirect().variance).sum::<f32>() / 6.0
     }
 
     /// Whether a leaf lies across a line where its surface runs into another: some of its corners are covered, or see
@@ -106,7 +106,7 @@ impl ErrorModel<'_> {
     fn crosses_contact(&self, id: NodeId) -> bool {
         let corners = self.cache.topology.nodes[id].corners;
         let covered = corners.map(|slot| self.is_covered(slot));
-        let y = corners.map(|slot| luminance(self.cache.slots[slot].indirect.diffuse));
+        let y = corners.map(|slot| luminance(self.cache.slots[slot].indirect().diffuse));
         let (least, most) = (y.into_iter().fold(f32::INFINITY, f32::min), y.into_iter().fold(0.0, f32::max));
         let mixed = covered.contains(&true) && covered.contains(&false);
         mixed || most - least > HARD_CONTRAST * (most + least)
@@ -120,7 +120,7 @@ impl ErrorModel<'_> {
     /// Greatest luminance of indirect D at a node's corners, W·sr⁻¹·m⁻².
     fn brightest(&self, id: NodeId) -> f32 {
         let corners = self.cache.topology.nodes[id].corners;
-        corners.map(|slot| luminance(self.cache.slots[slot].indirect.diffuse)).into_iter().fold(0.0, f32::max)
+        corners.map(|slot| luminance(self.cache.slots[slot].indirect().diffuse)).into_iter().fold(0.0, f32::max)
     }
 
     /// D that would make a node's face as bright as the image is in the mean.
@@ -138,7 +138,7 @@ impl ErrorModel<'_> {
     #[must_use]
     pub fn indirect_surplus(&self, id: NodeId, middles: [SlotId; 3]) -> Option<[f32; 2]> {
         let corners = self.cache.topology.nodes[id].corners;
-        let light = |slot: SlotId| self.cache.slots[slot].indirect;
+        let light = |slot: SlotId| self.cache.slots[slot].indirect();
         let mut noise = 0.0;
         let mut measured = false;
         let d = [0, 1, 2].map(|i| {
@@ -161,7 +161,7 @@ impl ErrorModel<'_> {
     #[must_use]
     pub fn refine_key(&self, id: NodeId) -> f32 {
         let node = &self.cache.topology.nodes[id];
-        let light = |slot: &SlotId| self.cache.slots[*slot].indirect;
+        let light = |slot: &SlotId| self.cache.slots[*slot].indirect();
         // A covered corner may never gather; what it would find is not this surface's light anyway.
         let is_known = |slot: &SlotId| self.is_covered(*slot) || light(slot).known && !light(slot).stale;
         let known = node.corners.iter().all(is_known);
@@ -213,7 +213,7 @@ impl ErrorModel<'_> {
             return (view.importance + view.importance_below) * self.first_gain(id, rays) / (rays * RAYS_A_SAMPLE);
         }
         let likely = |slot: SlotId| {
-            let light = &self.cache.slots[slot].indirect;
+            let light = &self.cache.slots[slot].indirect();
             light.variance.max((LEAST_DEVIATION * luminance(light.diffuse)).powi(2) / rays as f32)
         };
         let mut variance = self.cache.slots_of(id).map(likely).fold(0.0, f32::max);
@@ -257,7 +257,7 @@ impl ErrorModel<'_> {
 
     /// Drop of the square error at a vertex that its first round of so many rays would buy.
     fn first_gain(&self, id: VertexId, rays: f32) -> f32 {
-        let light = |slot: SlotId| self.cache.slots[slot].indirect;
+        let light = |slot: SlotId| self.cache.slots[slot].indirect();
         if let Some(slot) = self.cache.pixel_slot(id) {
             let noise = NOISE_OF_ONE_RAY * luminance(light(slot).diffuse).powi(2) / rays;
             return (self.cache.indirect.expected(id) - noise).max(0.0);
@@ -317,14 +317,14 @@ mod tests {
         let slot = square.corners(root)[1];
         let vertex = square.cache.slots[slot].vertex;
         square.gather(slot, &[1.0; 32]);
-        square.cache.slots[slot].indirect = known(1.0, 0.02);
+        square.cache.slots[slot].set_indirect(known(1.0, 1.0 / 64.0));
         square.view.vertices[vertex].importance = 50.0;
         let key = square.model().gather_key(vertex);
-        let (rays, drop) = (32.0 * RAYS_A_SAMPLE, 0.02 - 0.02 / 2.0);
+        let (rays, drop) = (32.0 * RAYS_A_SAMPLE, 1.0 / 64.0 / 2.0);
         assert!((key * rays / (50.0 * drop) - 1.0).abs() < 1e-5, "{key}");
         // Twice as many with half the variance: a quarter of the key.
         square.gather(slot, &[1.0; 32]);
-        square.cache.slots[slot].indirect.variance = 0.01;
+        square.cache.slots[slot].set_indirect(known(1.0, 1.0 / 128.0));
         assert!((key / square.model().gather_key(vertex) - 4.0).abs() < 1e-4);
         square.cache.vertices[vertex].progress.covered = true;
         assert_eq!(square.model().gather_key(vertex), 0.0, "covered, and something is known");
@@ -338,10 +338,10 @@ mod tests {
         let vertex = square.cache.slots[slot].vertex;
         square.view.vertices[vertex].importance = 1.0;
         square.gather(slot, &[1.0; 16]);
-        square.cache.slots[slot].indirect = known(1.0, 0.0);
+        square.cache.slots[slot].set_indirect(known(1.0, 0.0));
         let key = square.model().gather_key(vertex);
         assert!((key / (LEAST_DEVIATION.powi(2) / 16.0 * 0.5 / (16.0 * RAYS_A_SAMPLE)) - 1.0).abs() < 1e-4, "{key}");
-        square.cache.slots[slot].indirect = known(0.0, 0.0);
+        square.cache.slots[slot].set_indirect(known(0.0, 0.0));
         assert!(square.model().gather_key(vertex) > key, "darkness wants a proof");
         square.gather(slot, &[0.0; PROOF_OF_DARKNESS as usize]);
         assert_eq!(square.model().gather_key(vertex), 0.0);
@@ -352,15 +352,15 @@ mod tests {
         let mut square = judged(100.0);
         let root = square.roots[0];
         let corners = square.corners(root);
-        corners.into_iter().for_each(|slot| square.cache.slots[slot].indirect = known(1.0, 0.06));
+        corners.into_iter().for_each(|slot| square.cache.slots[slot].set_indirect(known(1.0, 0.0625)));
         square.cache.topology.nodes[root].indirect.surplus = 0.01;
         let error = |square: &super::super::testing::Judged| square.model().indirect_error(root);
         let [interpolation, noise] = error(&square);
         // ∫ (Σ bᵢ eᵢ)² over a triangle: Σ ⟨bᵢ²⟩ σ² = 3 · σ² / 6.
-        assert!((noise - 0.03).abs() < 1e-6 && (interpolation - 0.01).abs() < 1e-6, "{interpolation} {noise}");
+        assert!((noise - 0.031_25).abs() < 1e-6 && (interpolation - 0.01).abs() < 1e-6, "{interpolation} {noise}");
         let covered = square.cache.corner_vertices(root)[0];
         square.cache.vertices[covered].progress.covered = true;
-        assert!((error(&square)[1] - 0.04).abs() < 1e-6, "two corners");
+        assert!((error(&square)[1] - 0.125 / 3.0).abs() < 1e-6, "two corners");
     }
 
     #[test]
@@ -369,7 +369,7 @@ mod tests {
         let root = square.roots[0];
         let middles = square.split(root).middles;
         assert!(square.model().indirect_surplus(root, middles).is_none(), "nothing was sampled");
-        square.corners(root).into_iter().for_each(|slot| square.cache.slots[slot].indirect = known(1.0, 0.0));
+        square.corners(root).into_iter().for_each(|slot| square.cache.slots[slot].set_indirect(known(1.0, 0.0)));
         square.gather(middles[0], &[1.5; 64]);
         let [surplus, doubt] = square.model().indirect_surplus(root, middles).expect("measured");
         assert!((surplus / (SURPLUS_TO_MSE * 0.25) - 1.0).abs() < 1e-3 && doubt == surplus, "{surplus} {doubt}");

@@ -85,7 +85,7 @@ impl Engine {
     /// Checks the pixels of leaves.
     fn check_pixels(&mut self, nodes: &[NodeId]) {
         let (context, cache, view) = (self.context(), &self.cache, &self.view);
-        let turn = |node: NodeId| if view.is_checked(node) { view.leaves[node].checks } else { 0 };
+        let turn = |node: NodeId| if view.is_checked(node) { view.hidden.get(node).checks } else { 0 };
         let check = |node, rays: &mut u64| pixel_checks::check(&context, cache, (view, node), turn(node), rays);
         let found = self.workers.map_counting(nodes, |&node, rays| check(node, rays));
         self.stats.rays += found.rays;
@@ -168,7 +168,7 @@ impl Engine {
     /// Queues those of the visible leaves anew whose corners have come to agree about lights that a check left out.
     fn reopen_checks(&mut self) {
         let knows_more = |&id: &NodeId| {
-            let open = self.view.leaves[id].check_open;
+            let open = self.view.hidden.get(id).check_open;
             self.view.is_checked(id) && open > 0 && visibility_probe::open_lights(&self.cache, id) < open
         };
         let leaves = self.view.visible_leaves(&self.cache).into_iter();
@@ -177,7 +177,7 @@ impl Engine {
             let key = self.error_model().leaf_keys(leaf).check;
             self.offer_check(leaf, key);
             if self.scheduler.waits(Task::CheckPixels(leaf)) {
-                self.view.leaves[leaf].check_open = 0;
+                self.view.hidden.update(leaf, |hidden| hidden.check_open = 0);
             } else {
                 self.view.leaves[leaf].checked = true;
             }

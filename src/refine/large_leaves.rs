@@ -27,8 +27,7 @@ impl Engine {
         let found = self.workers.map_counting(&large, |&leaf, rays| self.found_inside(leaf, rays));
         self.stats.rays += found.rays;
         for (leaf, Found { most, share }) in large.into_iter().zip(found.results) {
-            let leaf = &mut self.view.leaves[leaf];
-            (leaf.mismatch, leaf.mismatch_share) = (most, share);
+            self.view.hidden.update(leaf, |hidden| (hidden.mismatch, hidden.mismatch_share) = (most, share));
         }
     }
 
@@ -41,7 +40,7 @@ impl Engine {
             && !self.options.without.has(Piece::Checks)
             && self.cache.topology.is_leaf(id)
             && self.view.sees(id)
-            && corners.iter().all(|&slot| self.cache.slots[slot].direct.known)
+            && corners.iter().all(|&slot| self.cache.slots[slot].direct().known)
             && {
                 let model = self.error_model();
                 !model.is_hard(id, &model.leaf(id))

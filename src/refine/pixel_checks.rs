@@ -113,14 +113,14 @@ impl PixelChecks {
 
     /// Notes what the check of a leaf found.
     pub fn note(&mut self, node: NodeId, found: Found, of: Reference, view: &mut ViewState) {
-        let leaf = &mut view.leaves[node];
-        let again = leaf.checked;
-        leaf.checks = match (found.more, again) {
-            (false, _) => 0,
-            (true, false) => 1,
-            (true, true) => leaf.checks + 1,
-        };
-        leaf.checked = true;
+        let again = std::mem::replace(&mut view.leaves[node].checked, true);
+        view.hidden.update(node, |hidden| {
+            hidden.checks = match (found.more, again) {
+                (false, _) => 0,
+                (true, false) => 1,
+                (true, true) => hidden.checks + 1,
+            };
+        });
         let square = of.luminance.powi(2);
         if self.learns && square > 0.0 && found.pixels > 0 && !again {
             let error = |m: &PixelMismatch| ((of.reflectance * m.luminance).powi(2) / square).min(1.0);
@@ -135,10 +135,10 @@ impl PixelChecks {
     fn add(&mut self, node: NodeId, mut found: PixelMismatches, open: u32, view: &mut ViewState) {
         found.extend(self.mismatches.remove(&node).into_iter().flatten());
         let most = found.iter().map(|m| m.luminance).fold(0.0, f32::max);
-        let leaf = &mut view.leaves[node];
-        leaf.check_open = open;
-        leaf.mismatch = most;
-        leaf.mismatch_share = (found.len() as f32 / leaf.pixels.max(1.0)).min(1.0);
+        let share = (found.len() as f32 / view.leaves[node].pixels.max(1.0)).min(1.0);
+        view.hidden.update(node, |hidden| {
+            (hidden.check_open, hidden.mismatch, hidden.mismatch_share) = (open, most, share);
+        });
         if !found.is_empty() {
             self.mismatches.insert(node, found);
         }
@@ -147,15 +147,15 @@ impl PixelChecks {
     /// Tells the children of a leaf that was split what its check has found.
     pub fn hand_down(&mut self, parent: NodeId, children: Children, cache: &Cache, view: &mut ViewState) {
         let found = self.mismatches.remove(&parent).unwrap_or_default();
-        let of_parent = view.leaves[parent];
-        if !of_parent.checked || of_parent.check_open > 0 {
+        let (checked, of_parent) = (view.is_checked(parent), view.hidden.get(parent));
+        if !checked || of_parent.check_open > 0 {
             return;
         }
         for child in children.all() {
             let corners = cache.corner_positions(child);
             let inside = found.iter().filter(|m| weights_inside(corners, view.eye, m.ray).is_some()).copied();
-            let leaf = &mut view.leaves[child];
-            (leaf.checked, leaf.checks) = (of_parent.checked, of_parent.checks);
+            view.leaves[child].checked = true;
+            view.hidden.update(child, |hidden| hidden.checks = of_parent.checks);
             self.add(child, inside.collect(), 0, view);
         }
     }
@@ -166,7 +166,7 @@ impl ErrorModel<'_> {
     pub(super) fn check_key(&self, id: NodeId) -> f32 {
         let (light, leaf) = (self.leaf(id), &self.view.leaves[id]);
         // What the first points of a light have not shown is a small part of it.
-        let part = if leaf.checked { (1.0 + leaf.checks as f32).powi(-2) } else { 1.0 };
+        let part = if leaf.checked { (1.0 + self.view.hidden.get(id).checks as f32).powi(-2) } else { 1.0 };
         let error = part * self.reference_luminance(&light).powi(2) * self.display_gain(light.least);
         leaf.pixels * error / (1.0 + RAYS_A_PIXEL * leaf.pixels)
     }
@@ -178,11 +178,11 @@ impl ErrorModel<'_> {
             && !self.lacks(Piece::Checks)
             && node.is_leaf()
             && leaf.visible
-            && (!leaf.checked || leaf.checks > 0)
+            && (!leaf.checked || self.view.hidden.get(id).checks > 0)
             && self.view.span(id).is_some_and(|span| !span.is_empty())
             && leaf.pixels <= self.options.shadow_pixels.min(MOST_PIXELS)
             && self.settled(id).is_none()
-            && node.corners.iter().all(|&slot| self.cache.slots[slot].direct.known)
+            && node.corners.iter().all(|&slot| self.cache.slots[slot].direct().known)
             && !self.is_hard(id, &self.leaf(id))
     }
 }
@@ -256,9 +256,10 @@ mod tests {
         let Judged { rooted, view, .. } = &mut square;
         let of = Reference { luminance: 1.0, reflectance: 0.8 };
         checks.note(root, found, of, view);
-        assert_eq!((view.leaves[root].mismatch, view.leaves[root].mismatch_share), (0.5, 0.2));
+        let hidden = view.hidden.get(root);
+        assert_eq!((hidden.mismatch, hidden.mismatch_share), (0.5, 0.2));
         checks.hand_down(root, split.children, &rooted.cache, view);
-        assert_eq!(split.children.all().map(|child| view.leaves[child].mismatch), [0.5, 0.0, 0.0, 0.2]);
+        assert_eq!(split.children.all().map(|child| view.hidden.get(child).mismatch), [0.5, 0.0, 0.0, 0.2]);
         assert!(split.children.all().into_iter().all(|child| view.is_checked(child)));
         assert!(checks.mismatches.len() == 2 && !checks.mismatches.contains_key(&root));
     }

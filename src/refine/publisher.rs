@@ -115,7 +115,7 @@ impl Publisher {
             let face = cache.topology.nodes[node].face;
             update.patches.push(Patch { face, old: start..middle, new: middle..end });
         }
-        fresh.retain(|&slot| !cache.slots[slot].direct.known);
+        fresh.retain(|&slot| !cache.slots[slot].direct().known);
         ascending(&mut fresh);
         self.sequence += 1;
         (update.generation, update.sequence) = (view.generation, self.sequence);
@@ -189,7 +189,7 @@ impl Values {
 /// What a slot shows.
 fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
     let record = &cache.slots[slot];
-    let weight = match record.direct {
+    let weight = match record.direct() {
         Luminance { known: true, .. } => cache.weight(slot),
         Luminance { stale: true, .. } => GUESSED_WEIGHT,
         _ => 0.0,

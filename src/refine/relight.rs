@@ -3,7 +3,6 @@
 
 use super::engine::{Engine, Visible};
 use super::update::Update;
-use super::view::LeafView;
 
 use crate::cache::ids::{NodeId, SlotId};
 use crate::cache::reweight::reweight;
@@ -39,7 +38,7 @@ impl Engine {
             self.refresh_indirect(&all);
             self.measure_surpluses();
             self.checks.forget();
-            self.view.leaves.iter_mut().for_each(LeafView::forget_checks);
+            self.view.forget_checks();
             self.start_over();
         }
         let mut update = self.set_visible(visible);

@@ -6,14 +6,11 @@
 use super::bands::Bands;
 use crate::cache::ids::{NodeId, VertexId};
 use crate::cache::pool::Table;
-use std::cmp::Ordering;
 use std::collections::VecDeque;
 
 /// A piece of work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Task {
-    /// Sample the lights at a vertex that was never visited: before anything else.
-    FirstVisit(VertexId),
     /// Split a leaf.
     Split(NodeId),
     /// Sample a leaf where its one pixel sees it.
@@ -30,37 +27,72 @@ pub enum Task {
     CheckPixels(NodeId),
 }
 
-/// A task with what it was worth when it was queued.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    /// Expected drop of the image's square error a ray: pixels × (W·sr⁻¹·m⁻²)².
-    key: f32,
-    task: Task,
-    /// Version of the ticket that it was queued with.
-    version: u32,
-    /// Order of arrival: the tie-break that keeps runs alike.
-    serial: u32,
+/// Kinds of tasks.
+const KINDS: u32 = 7;
+
+impl Task {
+    /// One number for each task.
+    fn number(self) -> u32 {
+        let (kind, id) = match self {
+            Self::Split(id) => (0, id.0),
+            Self::SamplePixel(id) => (1, id.0),
+            Self::TraceDeferred(id) => (2, id.0),
+            Self::DoublePoints(id) => (3, id.0),
+            Self::Gather(id) => (4, id.0),
+            Self::RefineIndirect(id) => (5, id.0),
+            Self::CheckPixels(id) => (6, id.0),
+        };
+        debug_assert!(id <= (u32::MAX - kind) / KINDS, "600 million nodes take more memory than there is");
+        id * KINDS + kind
+    }
+
+    const fn of_number(number: u32) -> Self {
+        let id = number / KINDS;
+        match number % KINDS {
+            0 => Self::Split(NodeId(id)),
+            1 => Self::SamplePixel(NodeId(id)),
+            2 => Self::TraceDeferred(VertexId(id)),
+            3 => Self::DoublePoints(VertexId(id)),
+            4 => Self::Gather(VertexId(id)),
+            5 => Self::RefineIndirect(NodeId(id)),
+            _ => Self::CheckPixels(NodeId(id)),
+        }
+    }
 }
 
-/// What is queued of a task.
-#[derive(Clone, Copy, Debug, Default)]
-struct Ticket {
-    /// Entries of older versions are void.
-    version: u32,
-    /// Key that it waits with; 0 if it does not.
-    waiting: f32,
+/// A task with what it was worth when it was queued, in one word whose order is that of the queue: the bits of the key, which
+/// order positive numbers, then of two tasks of one key the lower number first, which keeps runs alike.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry(u64);
+
+impl Entry {
+    fn new(key: f32, task: Task) -> Self {
+        Self(u64::from(key.to_bits()) << 32 | u64::from(!task.number()))
+    }
+
+    /// Expected drop of the image's square error a ray: pixels × (W·sr⁻¹·m⁻²)².
+    const fn key(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    const fn task(self) -> Task {
+        Task::of_number(!(self.0 as u32))
+    }
 }
+
+/// Key that a task waits with; 0 if it does not. Entries of other keys are void.
+type Ticket = f32;
 
 /// The queue of everything that is worth doing.
 #[derive(Debug, Default)]
 pub struct Scheduler {
+    /// Vertices that were never visited: before anything else, in this order.
+    first_visits: VecDeque<VertexId>,
     heap: Bands<Entry>,
     /// The greatest of them, as long as they are judged ahead, in order, with what they are worth now.
     ahead: VecDeque<(Entry, Option<f32>)>,
     /// Pixel checks, whose keys count by a miss rate that is still being learnt.
     checks: Bands<Entry>,
-    serial: u32,
-    first_visits: usize,
     vertices: Table<VertexId, [Ticket; 3]>,
     nodes: Table<NodeId, [Ticket; 4]>,
 }
@@ -72,7 +104,8 @@ impl Scheduler {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.heap.bytes() + self.checks.bytes() + self.vertices.bytes() + self.nodes.bytes()
+        let first_visits = self.first_visits.capacity() * size_of::<VertexId>();
+        first_visits + self.heap.bytes() + self.checks.bytes() + self.vertices.bytes() + self.nodes.bytes()
     }
 
     /// Drops everything.
@@ -82,27 +115,27 @@ impl Scheduler {
 
     /// First visits that wait.
     #[must_use]
-    pub const fn first_visits(&self) -> usize {
-        self.first_visits
+    pub fn first_visits(&self) -> usize {
+        self.first_visits.len()
     }
 
     /// Whether nothing waits, pixel checks included.
     #[must_use]
     pub fn is_empty(&self) -> bool {
-        self.heap.is_empty() && self.checks.is_empty()
+        self.has_only_checks() && self.checks.is_empty()
     }
 
     /// Whether nothing but pixel checks waits.
     #[must_use]
     pub fn has_only_checks(&self) -> bool {
-        self.heap.is_empty()
+        self.first_visits.is_empty() && self.heap.is_empty()
     }
 
-    /// The greatest key that waits, pixel checks left out.
+    /// The greatest key that waits, first visits and pixel checks left out.
     pub fn greatest(&mut self) -> Option<f32> {
         self.drop_void();
         let entry = if self.next_is_ahead() { self.ahead.front().map(|(entry, _)| entry) } else { self.heap.peek() };
-        entry.map(|entry| entry.key)
+        entry.map(|entry| entry.key())
     }
 
     /// Drops what is void before the first that is not, ahead and in the heap.
@@ -119,8 +152,8 @@ impl Scheduler {
         }
     }
 
-    fn is_void(&mut self, Entry { task, version, .. }: Entry) -> bool {
-        self.ticket(task).version != version
+    fn is_void(&mut self, entry: Entry) -> bool {
+        *self.ticket(entry.task()) != entry.key()
     }
 
     /// Whether the first that is taken next is ahead: others may have been queued since.
@@ -144,7 +177,7 @@ impl Scheduler {
                 self.ahead.push_back((entry, None));
             }
         }
-        self.ahead.iter().map(|(entry, _)| entry.task).collect()
+        self.ahead.iter().map(|(entry, _)| entry.task()).collect()
     }
 
     /// Notes what these are worth now.
@@ -154,31 +187,26 @@ impl Scheduler {
 
     /// Forgets what tasks were judged to be worth, since something has changed.
     pub fn stop_judging(&mut self) {
-        self.ahead.drain(..).for_each(|(entry, _)| self.heap.push(entry.key, entry));
+        self.ahead.drain(..).for_each(|(entry, _)| self.heap.push(entry.key(), entry));
     }
 
     /// The greatest key of a pixel check that waits, 0 without any.
     #[must_use]
     pub fn greatest_check(&self) -> f32 {
-        self.checks.peek().map_or(0.0, |entry| entry.key)
+        self.checks.peek().map_or(0.0, |entry| entry.key())
     }
 
     /// Queues first visits in this order.
     pub fn push_first_visits(&mut self, vertices: impl Iterator<Item = VertexId>) {
-        for vertex in vertices {
-            self.first_visits += 1;
-            self.push(Task::FirstVisit(vertex), f32::INFINITY);
-        }
+        self.first_visits.extend(vertices);
     }
 
     /// Takes up to so many first visits.
     pub fn take_first_visits(&mut self, most: usize) -> Vec<VertexId> {
-        let mut taken = Vec::with_capacity(most.min(self.first_visits));
-        while taken.len() < most && self.first_visits > 0 {
-            if let Some((Task::FirstVisit(vertex), _)) = self.pop() {
-                self.first_visits -= 1;
-                taken.push(vertex);
-            }
+        let taken = self.first_visits.drain(..most.min(self.first_visits.len())).collect();
+        if self.first_visits.is_empty() {
+            // There are as many as vertices in a new view, and few after that.
+            self.first_visits = VecDeque::new();
         }
         taken
     }
@@ -186,30 +214,22 @@ impl Scheduler {
     /// Queues a task, in place of what is queued for it, unless that waits with about as high a key or a higher one;
     /// one that is worth nothing is not kept.
     pub fn offer(&mut self, task: Task, key: f32) {
-        if key > self.ticket(task).waiting * RISEN {
-            self.void(task);
-            self.push(task, key);
-        }
-    }
-
-    fn push(&mut self, task: Task, key: f32) {
-        self.serial = self.serial.wrapping_add(1);
-        let serial = self.serial;
         let ticket = self.ticket(task);
-        ticket.waiting = key;
-        let entry = Entry { key, task, version: ticket.version, serial };
-        let queue = if matches!(task, Task::CheckPixels(_)) { &mut self.checks } else { &mut self.heap };
-        queue.push(key, entry);
+        if key > *ticket * RISEN {
+            *ticket = key;
+            let queue = if matches!(task, Task::CheckPixels(_)) { &mut self.checks } else { &mut self.heap };
+            queue.push(key, Entry::new(key, task));
+        }
     }
 
     /// Whether a task waits.
     pub fn waits(&mut self, task: Task) -> bool {
-        self.ticket(task).waiting > 0.0
+        *self.ticket(task) > 0.0
     }
 
     /// Makes what is queued for a task void.
     pub fn void(&mut self, task: Task) {
-        self.ticket(task).void();
+        *self.ticket(task) = 0.0;
     }
 
     /// Makes what is queued of direct light at a vertex void: its samples have changed.
@@ -228,18 +248,18 @@ impl Scheduler {
         self.drop_void();
         let next =
             if self.next_is_ahead() { self.ahead.pop_front() } else { self.heap.pop().map(|entry| (entry, None)) };
-        let (Entry { task, key, .. }, judged) = next?;
-        self.ticket(task).waiting = 0.0;
-        Some((task, key, judged))
+        let (entry, judged) = next?;
+        self.void(entry.task());
+        Some((entry.task(), entry.key(), judged))
     }
 
     /// Takes the pixel check of the greatest key.
     pub fn pop_check(&mut self) -> Option<NodeId> {
-        while let Some(Entry { task, version, .. }) = self.checks.pop() {
-            if let Task::CheckPixels(id) = task
-                && self.ticket(task).version == version
+        while let Some(entry) = self.checks.pop() {
+            if let Task::CheckPixels(id) = entry.task()
+                && !self.is_void(entry)
             {
-                self.ticket(task).waiting = 0.0;
+                self.void(entry.task());
                 return Some(id);
             }
         }
@@ -248,8 +268,7 @@ impl Scheduler {
 
     fn ticket(&mut self, task: Task) -> &mut Ticket {
         match task {
-            // A vertex is visited first before anything else is queued for it.
-            Task::FirstVisit(id) | Task::TraceDeferred(id) => &mut self.vertices[id][0],
+            Task::TraceDeferred(id) => &mut self.vertices[id][0],
             Task::DoublePoints(id) => &mut self.vertices[id][1],
             Task::Gather(id) => &mut self.vertices[id][2],
             Task::Split(id) => &mut self.nodes[id][0],
@@ -257,33 +276,6 @@ impl Scheduler {
             Task::RefineIndirect(id) => &mut self.nodes[id][2],
             Task::CheckPixels(id) => &mut self.nodes[id][3],
         }
-    }
-}
-
-impl Ticket {
-    fn void(&mut self) {
-        self.version += 1;
-        self.waiting = 0.0;
-    }
-}
-
-impl PartialEq for Entry {
-    fn eq(&self, other: &Self) -> bool {
-        self.cmp(other) == Ordering::Equal
-    }
-}
-
-impl Eq for Entry {}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Entry {
-    fn cmp(&self, other: &Self) -> Ordering {
-        self.key.total_cmp(&other.key).then(other.serial.cmp(&self.serial))
     }
 }
 
@@ -296,9 +288,9 @@ mod tests {
     }
 
     #[test]
-    fn the_greatest_key_comes_first_and_equals_keep_their_order() {
+    fn the_greatest_key_comes_first_and_of_equals_the_lower_number() {
         let mut scheduler = Scheduler::default();
-        for (key, vertex) in [(1.0, 1), (3.0, 2), (0.0, 3), (3.0, 4), (f32::NAN, 5)] {
+        for (key, vertex) in [(1.0, 1), (3.0, 4), (0.0, 3), (3.0, 2), (f32::NAN, 5)] {
             scheduler.offer(Task::DoublePoints(VertexId(vertex)), key);
         }
         assert_eq!(all(&mut scheduler), [2, 4, 1].map(|v| Task::DoublePoints(VertexId(v))));
@@ -361,6 +353,7 @@ mod tests {
         scheduler.push_first_visits([3, 1, 2].map(VertexId).into_iter());
         assert_eq!(scheduler.take_first_visits(2), [3, 1].map(VertexId));
         assert_eq!((scheduler.first_visits(), scheduler.take_first_visits(9)), (1, vec![VertexId(2)]));
+        assert_eq!(scheduler.first_visits(), 0);
         assert_eq!(all(&mut scheduler), [Task::Split(NodeId(7))]);
     }
 

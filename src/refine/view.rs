@@ -6,6 +6,7 @@ use super::visible_faces::VisibleFaces;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::indirect::SpecularTable;
 use crate::cache::pool::Table;
+use crate::cache::sparse::Sparse;
 use crate::cache::store::Cache;
 use crate::cache::topology::Children;
 use crate::scene::camera::View;
@@ -25,32 +26,37 @@ pub struct LeafView {
     span: Span,
     /// Its share of the pixels of its face, by area.
     pub share: f32,
-    /// How much brighter than it is drawn a highlight between its corners is: specular luminance S, W·sr⁻¹·m⁻².
-    pub highlight: f32,
-    /// The share of it that the highlight covers.
-    pub highlight_share: f32,
     /// Whether its pixel vertex lies under one of the view's pixels.
     pub sampled: bool,
-    /// Luminance of D in one of its pixels, W·sr⁻¹·m⁻², that a check found other than its corners say; the greatest.
-    pub mismatch: f32,
-    /// Share of its pixels for which that stands.
-    pub mismatch_share: f32,
     /// Whether each of its pixels was checked for mismatches.
     pub checked: bool,
-    /// How often; 0 if there is no point in checking again.
-    pub checks: u32,
-    /// Lights of which its corners did not know the same when its pixels were checked, if that is worth checking
-    /// again once they do: until then its children cannot rest on it.
-    pub check_open: u32,
     /// What the sums over the image hold of it.
     pub accounted: Accounted,
 }
 
-impl LeafView {
-    /// Forgets what checks have found, in another light.
+/// What a leaf hides between its corners: of most, nothing is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Hidden {
+    /// How much brighter than it is drawn a highlight between its corners is: specular luminance S, W·sr⁻¹·m⁻².
+    pub highlight: f32,
+    /// The share of it that the highlight covers.
+    pub highlight_share: f32,
+    /// Luminance of D in one of its pixels, W·sr⁻¹·m⁻², that a check found other than its corners say; the greatest.
+    pub mismatch: f32,
+    /// Share of its pixels for which that stands.
+    pub mismatch_share: f32,
+    /// How often its pixels were checked; 0 if there is no point in checking again.
+    pub checks: u32,
+    /// Lights of which its corners did not know the same when its pixels were checked, if that is worth checking
+    /// again once they do: until then its children cannot rest on it.
+    pub check_open: u32,
+}
+
+impl Hidden {
+    /// Forgets what checks have found.
     pub fn forget_checks(&mut self) {
-        (self.mismatch, self.mismatch_share) = (0.0, 0.0);
-        (self.checked, self.checks, self.check_open) = (false, 0, 0);
+        let Self { highlight, highlight_share, .. } = *self;
+        *self = Self { highlight, highlight_share, ..Self::default() };
     }
 }
 
@@ -109,6 +115,8 @@ pub struct ViewState {
     /// By leaf of the hierarchy; those of faces in view may have the pixels of an earlier view
     /// ([`VisibleFaces::outdated_index`]), those of others have none.
     pub leaves: Table<NodeId, LeafView>,
+    /// What leaves hide.
+    pub hidden: Sparse<NodeId, Hidden>,
     /// By leaf of the indirect layer, likewise.
     pub indirect: Table<NodeId, IndirectLeafView>,
     /// By vertex.
@@ -118,15 +126,15 @@ pub struct ViewState {
 }
 
 // There are 4/3 of each a leaf.
-const _: () = assert!(size_of::<LeafView>() <= 64);
+const _: () = assert!(size_of::<LeafView>() <= 40);
 const _: () = assert!(size_of::<IndirectLeafView>() <= 12);
 
 impl ViewState {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let Self { lists, faces, leaves, indirect, vertices, specular, .. } = self;
-        let tables = leaves.bytes() + indirect.bytes() + vertices.bytes() + specular.bytes();
+        let Self { lists, faces, leaves, hidden, indirect, vertices, specular, .. } = self;
+        let tables = leaves.bytes() + hidden.bytes() + indirect.bytes() + vertices.bytes() + specular.bytes();
         tables + lists.bytes() + faces.bytes()
     }
 
@@ -140,6 +148,12 @@ impl ViewState {
     #[must_use]
     pub fn is_checked(&self, leaf: NodeId) -> bool {
         self.leaves[leaf].checked
+    }
+
+    /// Forgets what checks have found, in another light.
+    pub fn forget_checks(&mut self) {
+        self.leaves.iter_mut().for_each(|leaf| leaf.checked = false);
+        self.hidden.for_each_mut(|_, hidden| hidden.forget_checks());
     }
 
     /// The pixels of a leaf; `None` if they are not known of this view.
@@ -191,6 +205,7 @@ impl ViewState {
     pub fn show(&mut self, id: NodeId, span: Option<Span>, share: f32) {
         let accounted = self.leaves[id].accounted;
         self.leaves[id] = LeafView { visible: true, accounted, ..LeafView::default() };
+        self.hidden.reset(id);
         self.set_pixels(id, span, share, share);
     }
 
@@ -241,9 +256,11 @@ mod tests {
         let root = square.roots[0];
         let leaf = &mut square.view.leaves[root];
         (leaf.checked, leaf.sampled, leaf.accounted.error) = (true, true, 3.0);
+        square.view.hidden.entry(root).mismatch = 0.5;
         square.view.show(root, None, 50.0);
         let leaf = square.view.leaves[root];
         assert_eq!((leaf.pixels, leaf.visible, leaf.checked, leaf.sampled), (50.0, true, false, false));
+        assert_eq!(square.view.hidden.get(root), Hidden::default());
         assert_eq!(leaf.accounted.error, 3.0, "what the sums over the image hold is replaced, not lost");
     }
 

@@ -83,7 +83,7 @@ impl Engine {
         // S of those known is for another eye.
         let is_due = |&slot: &SlotId| {
             let record = &self.cache.slots[slot];
-            !record.direct.known || record.shininess().is_some()
+            !record.direct().known || record.shininess().is_some()
         };
         let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
         self.evaluate(&due);
@@ -111,6 +111,7 @@ impl Engine {
         for leaf in leaves {
             self.image.replace(&mut self.view.leaves[leaf].accounted, None);
             self.view.leaves[leaf] = LeafView::default();
+            self.view.hidden.reset(leaf);
             self.forget_inside(leaf);
         }
         indirect.into_iter().for_each(|leaf| self.hide_indirect(leaf));

@@ -5,7 +5,8 @@ use super::pixel_lists::Span;
 use crate::cache::ids::NodeId;
 use crate::scene::FaceId;
 
-const NONE: u32 = u32::MAX;
+/// Bits a word of the set of faces.
+const WORD: usize = u64::BITS as usize;
 
 /// A face in view.
 #[derive(Clone, Copy, Debug)]
@@ -28,8 +29,8 @@ pub struct VisibleFace {
 #[derive(Debug, Default)]
 pub struct VisibleFaces {
     faces: Vec<VisibleFace>,
-    /// Place of each face in the list, [`NONE`] for one out of view.
-    index_of: Vec<u32>,
+    /// Which they are, a bit for each face of the scene; with the number of those in the words before.
+    set: Vec<(u64, u32)>,
     /// Faces whose leaves have the pixels of an earlier view, those last whose number has changed most.
     outdated: Vec<u32>,
     /// How many there are, and their pixels.
@@ -52,32 +53,41 @@ impl VisibleFaces {
     /// not in view.
     pub fn replace(&mut self, faces: &[(FaceId, u32)], mut root: impl FnMut(FaceId) -> NodeId) -> FaceChanges {
         let before = std::mem::take(&mut self.faces);
-        let most = faces.last().map_or(0, |(face, _)| face.0 as usize + 1);
-        self.index_of.resize(most.max(self.index_of.len()), NONE);
         let mut changes = FaceChanges::default();
+        let mut known = before.iter().peekable();
+        self.faces.reserve_exact(faces.len());
         for (&(face, pixels), index) in faces.iter().zip(0..) {
-            let place = &mut self.index_of[face.0 as usize];
-            let known = std::mem::replace(place, index);
-            let seen = match before.get(known as usize) {
+            while let Some(gone) = known.next_if(|seen| seen.face < face) {
+                changes.hidden.push(gone.root);
+            }
+            let seen = match known.next_if(|seen| seen.face == face) {
                 Some(seen) => VisibleFace { pixels, span: None, outdated: true, ..*seen },
                 None => {
-                    changes.revealed.push(index as usize);
+                    changes.revealed.push(index);
                     VisibleFace { face, root: root(face), pixels, span: None, given: None, outdated: true }
                 }
             };
             self.faces.push(seen);
         }
-        for seen in &before {
-            let place = &mut self.index_of[seen.face.0 as usize];
-            if self.faces.get(*place as usize).is_none_or(|now| now.face != seen.face) {
-                *place = NONE;
-                changes.hidden.push(seen.root);
-            }
-        }
+        changes.hidden.extend(known.map(|seen| seen.root));
+        self.note_which();
         self.pixels = faces.iter().map(|(_, pixels)| u64::from(*pixels)).sum();
         (self.outdated_faces, self.outdated_pixels) = (self.faces.len(), self.pixels);
         self.queue_outdated();
         changes
+    }
+
+    fn note_which(&mut self) {
+        let words = self.faces.last().map_or(0, |seen| seen.face.0 as usize / WORD + 1);
+        self.set = vec![(0, 0); words];
+        for VisibleFace { face, .. } in &self.faces {
+            self.set[face.0 as usize / WORD].0 |= 1 << (face.0 as usize % WORD);
+        }
+        let mut count = 0;
+        for (bits, before) in &mut self.set {
+            *before = count;
+            count += bits.count_ones();
+        }
     }
 
     fn queue_outdated(&mut self) {
@@ -91,8 +101,8 @@ impl VisibleFaces {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let words = self.index_of.capacity() + self.outdated.capacity();
-        self.faces.capacity() * size_of::<VisibleFace>() + words * size_of::<u32>()
+        let set = self.set.capacity() * size_of::<(u64, u32)>();
+        self.faces.capacity() * size_of::<VisibleFace>() + set + self.outdated.capacity() * size_of::<u32>()
     }
 
     /// Where the pixels of each face are listed.
@@ -103,7 +113,9 @@ impl VisibleFaces {
     /// Place of a face in the list.
     #[must_use]
     pub fn index_of(&self, face: FaceId) -> Option<usize> {
-        self.index_of.get(face.0 as usize).copied().filter(|index| *index != NONE).map(|index| index as usize)
+        let &(bits, before) = self.set.get(face.0 as usize / WORD)?;
+        let bit = 1 << (face.0 as usize % WORD);
+        (bits & bit != 0).then(|| before as usize + (bits & (bit - 1)).count_ones() as usize)
     }
 
     /// The faces.

@@ -56,7 +56,7 @@ fn a_few_vertices_light_a_dense_sphere() {
     let (engine, ids, expected) = sphere(100_000);
     let (slots, sampled) = slots(&engine, &ids);
     let cache = engine.cache();
-    let lights: Vec<_> = slots.iter().map(|s| cache.slots[*s].indirect).collect();
+    let lights: Vec<_> = slots.iter().map(|s| cache.slots[*s].indirect()).collect();
     println!("{sampled} of {} gathered", slots.len());
     assert!(sampled < slots.len() / 4, "{sampled} of {}", slots.len());
     assert!(lights.iter().all(|l| l.known), "every vertex shows something");
@@ -124,7 +124,7 @@ fn what_nothing_predicts_is_lit_before_it_gathers() {
     let (engine, mirror) = lit(scene, &walls, (2, 12_000));
     let (slots, _) = slots(&engine, &shards);
     let cache = engine.cache();
-    let unknown = slots.iter().filter(|&&slot| !cache.slots[slot].indirect.known).count();
+    let unknown = slots.iter().filter(|&&slot| !cache.slots[slot].indirect().known).count();
     assert!(unknown > slots.len() / 4, "{unknown} of {} know nothing", slots.len());
     let shown = shards.iter().flat_map(|&id| mirror.face(FaceId::new(id, false))).map(|slot| slot.diffuse.x);
     let least = shown.fold(f32::INFINITY, f32::min);
@@ -139,7 +139,7 @@ fn threads_change_nothing() {
         let ids = icosphere(&mut scene, Vec3::ZERO, 2.0, 4, true, wall);
         light(&mut scene, LightKind::Point { position: Vec3::X, intensity: Vec3::ONE });
         let (engine, _) = lit(scene, &ids, (threads, 60_000));
-        engine.cache().slots.ids().map(|i| engine.cache().slots[i].indirect).collect::<Vec<_>>()
+        engine.cache().slots.ids().map(|i| engine.cache().slots[i].indirect()).collect::<Vec<_>>()
     });
     assert!(one == two);
 }

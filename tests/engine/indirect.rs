@@ -30,7 +30,7 @@ fn sampled(engine: &Engine) -> Vec<SlotId> {
 fn indirect(engine: &Engine, faces: &[FaceId]) -> Vec<Vec3> {
     let cache = engine.cache();
     let corners = faces.iter().flat_map(|&f| cache.topology.nodes[cache.root_of(f).unwrap()].corners);
-    corners.map(|slot| cache.slots[slot].indirect.diffuse).collect()
+    corners.map(|slot| cache.slots[slot].indirect().diffuse).collect()
 }
 
 /// Mean, and the largest distance from `expected` of any, both against it, by luminance.
@@ -103,7 +103,7 @@ fn sphere(filter: bool, rays: u64) -> (Vec<Vec3>, Vec3) {
     let flux = 4.0 * PI * Vec3::new(1.0, 2.0, 3.0);
     let mut engine = engine_with(scene, 2, Options { filter, ..bounces(2) });
     gather_light(&mut engine, &front(&ids), Vec3::ZERO, rays);
-    let values = sampled(&engine).into_iter().map(|slot| engine.cache().slots[slot].indirect.diffuse);
+    let values = sampled(&engine).into_iter().map(|slot| engine.cache().slots[slot].indirect().diffuse);
     (values.collect(), flux * albedo / (area * (1.0 - albedo)) / PI)
 }
 
@@ -252,7 +252,7 @@ fn small_room(scale: f32, gain: f32) -> (Scene, Vec<TriangleId>) {
 /// Direct and indirect D of all slots.
 fn all_light(engine: &Engine) -> Vec<[Vec3; 2]> {
     let slots = &engine.cache().slots;
-    slots.ids().map(|i| [slots[i].direct.diffuse, slots[i].indirect.diffuse]).collect()
+    slots.ids().map(|i| [slots[i].direct().diffuse, slots[i].indirect().diffuse]).collect()
 }
 
 #[test]
@@ -380,7 +380,7 @@ fn noise_is_judged_by_the_neighbours_too() {
     gather_light(&mut engine, &front(&ids), Vec3::ZERO, 200_000);
     let cache = engine.cache();
     // Deviations from the mean in standard errors: by its own rays alone a low sample seems far off, and is believed.
-    let lights: Vec<_> = sampled(&engine).into_iter().map(|slot| cache.slots[slot].indirect).collect();
+    let lights: Vec<_> = sampled(&engine).into_iter().map(|slot| cache.slots[slot].indirect()).collect();
     let mean = lights.iter().map(|l| l.diffuse.y).sum::<f32>() / lights.len() as f32;
     let low = lights.iter().filter(|l| l.diffuse.y < mean - 4.0 * l.variance.sqrt()).count();
     println!("{low} of {} vertices are low and seem sure of it", lights.len());

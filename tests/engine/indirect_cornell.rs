@@ -147,7 +147,7 @@ fn vertices_on_edges_of_coarser_leaves_get_their_rays() {
         let own = cache.corner_vertices(cache.topology.indirect_leaf(drawn.node));
         for slot in drawn.slots.into_iter().filter(|&slot| cache.indirect.is_sampled(slot)) {
             let of_slot = shown.entry(slot).or_insert((0.0, true));
-            of_slot.0 += cache.slots[slot].indirect.variance * pixels / cache.drawn.of_node(drawn.node).len() as f32;
+            of_slot.0 += cache.slots[slot].indirect().variance * pixels / cache.drawn.of_node(drawn.node).len() as f32;
             of_slot.1 &= !own.contains(&cache.slots[slot].vertex) || pixels < 0.1;
         }
     }

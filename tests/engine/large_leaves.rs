@@ -32,7 +32,7 @@ fn found(caps: bool) -> [f32; 2] {
         engine.counted(&drawn(&mirror));
     }
     let roots = [0, 1].map(|i| engine.cache().root_of(faces[i]).unwrap());
-    roots.map(|root| engine.view().leaves[root].mismatch)
+    roots.map(|root| engine.view().hidden.get(root).mismatch)
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn a_common_factor_scales_indirect_light() {
 fn the_first_guess_is_better_than_none() {
     let indirect = |engine: &Engine| -> Vec<Vec3> {
         let slots = &engine.cache().slots;
-        slots.ids().map(|slot| slots[slot].indirect.diffuse).collect()
+        slots.ids().map(|slot| slots[slot].indirect().diffuse).collect()
     };
     for factors in CHANGES {
         let (scene, ids) = room([Vec3::ONE; 2]);
