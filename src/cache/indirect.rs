@@ -43,7 +43,7 @@ impl Cache {
         let common = before.common_ratio(now);
         Arc::make_mut(&mut self.radiance).relight(common);
         self.expected.relight(common);
-        self.indirect.smoothed = Sparse::default();
+        self.indirect.forget_smoothed();
         self.indirect.previous.relight(&mut self.indirect.gathers, before, now);
     }
 

@@ -1,7 +1,9 @@
 //! What is gathered of indirect light: sums of light vectors at vertices, sparse over vertices and slots.
 
 use super::ids::{SlotId, VertexId};
+use super::kept_luminance::KeptLuminance;
 use super::previous_lighting::{Gathers, PreviousLighting};
+use super::slot::Luminance;
 use super::sparse::Sparse;
 use crate::estimate::light_vector::LightVector;
 use glam::Vec3;
@@ -19,7 +21,7 @@ pub struct IndirectLayer {
     /// predicts hundreds.
     pub(super) stale: bool,
     /// D to show of slots that smoothing changed (docs/method/indirect-light.md), W·sr⁻¹·m⁻².
-    pub(super) smoothed: Sparse<SlotId, Option<Vec3>>,
+    smoothed: Sparse<SlotId, KeptLuminance>,
 }
 
 /// New rays of one vertex.
@@ -66,6 +68,28 @@ impl IndirectLayer {
         for (slot, sum) in sums {
             self.gathers.sums.entry(*slot).add(sum);
         }
+    }
+
+    /// D to show of a slot, W·sr⁻¹·m⁻², if smoothing changed it.
+    #[must_use]
+    pub(super) fn smoothed(&self, slot: SlotId) -> Option<Vec3> {
+        let Luminance { diffuse, known, .. } = self.smoothed.get(slot).get();
+        known.then_some(diffuse)
+    }
+
+    /// Takes D to show of a slot; returns whether it is another now.
+    pub(super) fn show_smoothed(&mut self, slot: SlotId, diffuse: Option<Vec3>) -> bool {
+        let shown = |diffuse| KeptLuminance::new(Luminance { diffuse, known: true, ..Luminance::default() });
+        let (before, now) = (self.smoothed.get(slot), diffuse.map_or(KeptLuminance::default(), shown));
+        if before != now {
+            *self.smoothed.entry(slot) = now;
+        }
+        before != now
+    }
+
+    /// Forgets all that smoothing changed.
+    pub(super) fn forget_smoothed(&mut self) {
+        self.smoothed = Sparse::default();
     }
 
     /// Forgets what was gathered at a vertex of one slot.

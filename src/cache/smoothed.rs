@@ -116,9 +116,7 @@ impl Cache {
                 Kind::Base => places.next().copied().flatten().map(|mean| mean - kept),
                 Kind::Other => self.change_of_prediction(slot, &changes),
             };
-            let shown = change.map(|change| (kept + change).max(Vec3::ZERO));
-            if self.indirect.smoothed.get(slot) != shown {
-                *self.indirect.smoothed.entry(slot) = shown;
+            if self.indirect.show_smoothed(slot, change.map(|change| (kept + change).max(Vec3::ZERO))) {
                 changed.push(slot);
             }
             changes[slot] = change.unwrap_or_default();

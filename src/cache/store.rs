@@ -142,7 +142,7 @@ impl Cache {
     #[must_use]
     pub fn diffuse_to_show(&self, slot: SlotId) -> Vec3 {
         let record = &self.slots[slot];
-        if let Some(indirect) = self.indirect.smoothed.get(slot) {
+        if let Some(indirect) = self.indirect.smoothed(slot) {
             return record.direct().diffuse + indirect;
         }
         if record.indirect().known || self.without.has(Piece::IrradiancePrior) {
