@@ -2,7 +2,7 @@
 
 use super::Session;
 use crate::error::Result;
-use crate::scene::camera::{Camera, ImageSize};
+use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{Display, Scene};
 use glam::Vec3;
 
@@ -39,6 +39,12 @@ impl Session {
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// What is looked at.
+    #[must_use]
+    pub fn view(&self) -> Option<&View> {
+        self.shot.as_ref().map(|shot| &shot.view)
     }
 
     /// Points a camera at the scene, as [`Self::look`] does; written images tell of the camera.
