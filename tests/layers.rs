@@ -42,7 +42,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("ash", &["src/vk/", "src/pass/", "src/app/"]),
     ("gpu_allocator", &["src/vk/"]),
     ("ash_window", &["src/vk/"]),
-    ("raw_window_handle", &["src/vk/surface.rs"]),
+    ("raw_window_handle", &["src/vk/surface.rs", "src/vk/window_handles.rs"]),
     ("egui_ash_renderer", &["src/vk/overlay.rs"]),
     ("egui", &["src/app/", "src/vk/overlay.rs"]),
     ("egui_winit", &["src/app/"]),

@@ -1,6 +1,5 @@
 //! Everything that can be done, as values: what keys, mouse, panels and scripts ask for alike.
 
-use super::table::{self, Entry};
 use super::words::quoted;
 use crate::scene::ToneMapping;
 use glam::{DVec3, Vec2, Vec3};
@@ -72,20 +71,6 @@ pub enum Command {
 }
 
 impl Command {
-    /// The command that words say: its name and arguments.
-    ///
-    /// # Errors
-    /// What is wrong with them, and what would be right.
-    pub fn parse(words: &[String]) -> Result<Self, String> {
-        let (name, arguments) = words.split_first().ok_or("a command is missing")?;
-        let entry = Entry::named(name).ok_or_else(|| unknown(name))?;
-        let (least, most) = entry.argument_counts();
-        if arguments.len() < least || arguments.len() > most {
-            return Err(format!("expected `{}`, as in `{}`", entry.usage(), entry.example_line()));
-        }
-        (entry.parse)(&Arguments { entry, words: arguments })
-    }
-
     /// Its name, and its arguments as they are written.
     #[must_use]
     pub fn words(&self) -> (&'static str, Vec<String>) {
@@ -142,14 +127,6 @@ pub fn operator_name(operator: ToneMapping) -> &'static str {
     ToneMapping::NAMES.iter().find(|(_, known)| *known == operator).map_or("", |(name, _)| name)
 }
 
-fn unknown(name: &str) -> String {
-    let names = table::ENTRIES.iter().map(|entry| entry.name);
-    match nearest(name, names) {
-        Some(near) => format!("there is no command `{name}`: did you mean `{near}`?"),
-        None => format!("there is no command `{name}`; `penombre help view` lists them"),
-    }
-}
-
 /// What a mistyped name was meant to be.
 #[must_use]
 pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&'a str> {
@@ -157,83 +134,4 @@ pub fn nearest<'a>(name: &str, known: impl Iterator<Item = &'a str>) -> Option<&
     let likeness = |known: &'a str| (strsim::jaro_winkler(name, known), known);
     let best = known.map(likeness).max_by(|a, b| a.0.total_cmp(&b.0))?;
     (best.0 >= ALIKE).then_some(best.1)
-}
-
-/// Arguments of a command, each looked at as what it must be.
-pub struct Arguments<'a> {
-    entry: &'static Entry,
-    words: &'a [String],
-}
-
-impl Arguments<'_> {
-    /// A finite number between two bounds.
-    pub(super) fn number_in(&self, index: usize, [least, most]: [f32; 2]) -> Result<f32, String> {
-        let word = self.text(index);
-        let number = word.parse::<f32>().ok().filter(|value| (least..=most).contains(value));
-        number.ok_or_else(|| {
-            let expected = match (least, most) {
-                (f32::MIN, f32::MAX) => "a number".to_owned(),
-                (least, f32::MAX) => format!("a number from {least}"),
-                (least, most) => format!("a number from {least} to {most}"),
-            };
-            format!("{word}: expected {expected} for {}, as in `{}`", self.name(index), self.entry.example_line())
-        })
-    }
-
-    /// Finite numbers, from an argument on.
-    pub(super) fn numbers<const N: usize>(&self, first: usize) -> Result<[f32; N], String> {
-        let mut numbers = [0.0; N];
-        for (offset, number) in numbers.iter_mut().enumerate() {
-            *number = self.number_in(first + offset, [f32::MIN, f32::MAX])?;
-        }
-        Ok(numbers)
-    }
-
-    /// Coordinates of a point in the scene's files.
-    pub(super) fn point(&self, first: usize) -> Result<DVec3, String> {
-        let coordinate = |index: usize| {
-            let value = self.text(index).parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or_else(|| format!("{}: expected a number for {}", self.text(index), self.name(index)))
-        };
-        Ok(DVec3::new(coordinate(first)?, coordinate(first + 1)?, coordinate(first + 2)?))
-    }
-
-    /// A factor more than 0.
-    pub(super) fn factor(&self, index: usize) -> Result<f32, String> {
-        self.number_in(index, [1e-6, 1e6])
-    }
-
-    /// A place of the image.
-    pub(super) fn place(&self) -> Result<Vec2, String> {
-        Ok(Vec2::new(self.number_in(0, [0.0, 1.0])?, self.number_in(1, [0.0, 1.0])?))
-    }
-
-    /// Any word.
-    pub(super) fn text(&self, index: usize) -> &str {
-        self.words.get(index).map_or("", String::as_str)
-    }
-
-    /// A file that a picture can be written to, if there is one.
-    pub(super) fn picture(&self) -> Result<Option<PathBuf>, String> {
-        let Some(word) = self.words.first() else { return Ok(None) };
-        let path = PathBuf::from(word);
-        match crate::image::FileFormat::of(&path) {
-            Some(_) => Ok(Some(path)),
-            None => Err(format!("{word}: expected a name that ends in .png or .exr")),
-        }
-    }
-
-    /// A tone-mapping operator.
-    pub(super) fn operator(&self) -> Result<ToneMapping, String> {
-        let word = self.text(0);
-        let known = ToneMapping::NAMES.iter().find(|(name, _)| *name == word);
-        known.map(|(_, operator)| *operator).ok_or_else(|| {
-            let names = ToneMapping::NAMES.map(|(name, _)| name).join(", ");
-            format!("{word}: expected one of {names}")
-        })
-    }
-
-    fn name(&self, index: usize) -> &'static str {
-        self.entry.arguments.split(' ').nth(index).unwrap_or_default()
-    }
 }

@@ -1,7 +1,7 @@
 //! Keys and mouse turned into commands, by the triggers of the table.
 
 use super::command::Command;
-use super::table::ENTRIES;
+use super::table::{self, ENTRIES};
 use super::trigger::Trigger;
 use super::words::split;
 use glam::{Vec2, Vec3};
@@ -160,7 +160,7 @@ impl Controls {
             }
             _ => None,
         });
-        Command::parse(&split(&lines.next()?).ok()?).ok()
+        table::parse(&split(&lines.next()?).ok()?).ok()
     }
 
     /// The velocity that keys ask for, if it is another than before.

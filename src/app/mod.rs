@@ -5,6 +5,7 @@
 //! that [`headless`] plays the same as [`stage`], the thread that draws for a [`window`]. The window's own thread only passes on what
 //! happens to it.
 
+pub mod arguments;
 pub mod command;
 pub mod controls;
 pub mod flight;

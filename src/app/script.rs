@@ -1,6 +1,7 @@
 //! Scripts: commands with their times, one a line.
 
 use super::command::{Command, nearest};
+use super::table;
 use super::words::split;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
@@ -114,7 +115,7 @@ fn step(line: &str) -> Result<Option<(f64, Command)>, String> {
         .ok()
         .filter(|seconds| (0.0..=MOST_SECONDS).contains(seconds))
         .ok_or_else(|| format!("{time}: expected a time in seconds first, as in `1.5 light.toggle lamp`"))?;
-    Ok(Some((time, Command::parse(command)?)))
+    Ok(Some((time, table::parse(command)?)))
 }
 
 #[cfg(test)]

@@ -176,10 +176,14 @@ impl<T: Fn(Reply)> Stage<T> {
         // Tab shows and hides the panel, instead of going through what is on it.
         input.events.retain(|event| !matches!(event, egui::Event::Key { key: egui::Key::Tab, .. }));
         self.input.append(input);
-        self.again = Some(Instant::now());
-        let Some(event) = event else { return Ok(()) };
         let context = self.screen.context();
         let kept = Kept { mouse: context.egui_wants_pointer_input(), keyboard: context.text_edit_focused() };
+        // A cursor that moves over the picture alone must not take time from the light.
+        let may_wait = matches!(event, Some(Event::Cursor(_))) && !kept.mouse;
+        let wait = if may_wait { self.meter.until(self.refresh) } else { Duration::ZERO };
+        let due = Instant::now() + wait;
+        self.again = Some(self.again.map_or(due, |again| again.min(due)));
+        let Some(event) = event else { return Ok(()) };
         self.viewer.advance(self.now());
         for command in self.controls.commands(event, self.pixels(), self.now(), kept) {
             self.execute(&command)?;

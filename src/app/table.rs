@@ -1,6 +1,7 @@
 //! The table of commands: names, arguments, what each does, and what triggers it. Keys, mouse, panels, scripts and all help go by it.
 
-use super::command::{Arguments, Command};
+use super::arguments::Arguments;
+use super::command::{Command, nearest};
 use super::trigger::{Chord, Gesture, Trigger};
 use Trigger::{Gesture as Mouse, Held, Key};
 use glam::Vec3;
@@ -45,6 +46,27 @@ impl Entry {
     pub(super) fn argument_counts(&self) -> (usize, usize) {
         let names = || self.arguments.split(' ').filter(|name| !name.is_empty());
         (names().filter(|name| !name.starts_with('[')).count(), names().count())
+    }
+}
+
+/// The command that words say: its name and arguments.
+///
+/// # Errors
+/// What is wrong with them, and what would be right.
+pub fn parse(words: &[String]) -> Result<Command, String> {
+    let (name, arguments) = words.split_first().ok_or("a command is missing")?;
+    let entry = Entry::named(name).ok_or_else(|| unknown(name))?;
+    let (least, most) = entry.argument_counts();
+    if arguments.len() < least || arguments.len() > most {
+        return Err(format!("expected `{}`, as in `{}`", entry.usage(), entry.example_line()));
+    }
+    (entry.parse)(&Arguments { names: entry.arguments, example: entry.example_line(), words: arguments })
+}
+
+fn unknown(name: &str) -> String {
+    match nearest(name, ENTRIES.iter().map(|entry| entry.name)) {
+        Some(near) => format!("there is no command `{name}`: did you mean `{near}`?"),
+        None => format!("there is no command `{name}`; `penombre help view` lists them"),
     }
 }
 
@@ -299,7 +321,7 @@ mod tests {
     fn commands_parse_from_what_their_help_says_and_print_it_again() {
         for entry in ENTRIES {
             let line = entry.example_line();
-            let command = Command::parse(&split(&line).unwrap()).unwrap_or_else(|e| panic!("{line}: {e}"));
+            let command = parse(&split(&line).unwrap()).unwrap_or_else(|e| panic!("{line}: {e}"));
             assert_eq!(command.to_string(), line);
             assert_eq!(command.words().0, entry.name);
             let (least, most) = entry.argument_counts();
@@ -307,7 +329,7 @@ mod tests {
             assert!((least..=most).contains(&examples), "{line}");
             let too_many = vec!["1".to_owned(); most + 1];
             let words: Vec<String> = std::iter::once(entry.name.to_owned()).chain(too_many).collect();
-            assert!(Command::parse(&words).unwrap_err().contains(&entry.usage()), "{line}");
+            assert!(parse(&words).unwrap_err().contains(&entry.usage()), "{line}");
         }
     }
 
@@ -329,7 +351,7 @@ mod tests {
             for trigger in entry.triggers {
                 if let Key(_, arguments) = trigger {
                     let words = split(&format!("{} {arguments}", entry.name)).unwrap();
-                    Command::parse(&words).unwrap_or_else(|e| panic!("{words:?}: {e}"));
+                    parse(&words).unwrap_or_else(|e| panic!("{words:?}: {e}"));
                 }
             }
         }
@@ -337,7 +359,7 @@ mod tests {
 
     #[test]
     fn faults_say_what_would_be_right() {
-        let fault = |line: &str| Command::parse(&split(line).unwrap()).unwrap_err();
+        let fault = |line: &str| parse(&split(line).unwrap()).unwrap_err();
         assert_eq!(fault("camera.flie 1 2 3"), "there is no command `camera.flie`: did you mean `camera.fly`?");
         assert_eq!(fault("camera.fly 1 2"), "expected `camera.fly RIGHT UP FORWARD`, as in `camera.fly 0 0 1`");
         assert_eq!(

@@ -1,7 +1,7 @@
 //! The Vulkan loader, the instance, and the validation layer's messages.
 
 use super::error;
-use super::surface::WindowHandles;
+use super::window_handles::WindowHandles;
 use crate::error::{Error, Result};
 use ash::{ext, khr, vk};
 use std::borrow::Cow;

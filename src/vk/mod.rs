@@ -30,6 +30,7 @@ mod spirv_layout;
 pub mod surface;
 pub mod swapchain;
 pub mod timestamp;
+pub mod window_handles;
 
 pub use buffer::Buffer;
 pub use commands::{Commands, Pass, Recording};
@@ -41,8 +42,9 @@ pub use pipeline::Pipeline;
 pub use presenter::Presenter;
 pub use query::OcclusionQueries;
 pub use report::DeviceReport;
-pub use surface::{Surface, WindowHandles};
+pub use surface::Surface;
 pub use swapchain::Vsync;
+pub use window_handles::WindowHandles;
 
 use crate::error::Error;
 use ash::vk;

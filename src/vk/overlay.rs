@@ -7,7 +7,6 @@ use super::commands::{Commands, Pass};
 use super::device::{Device, Tracked};
 use super::error;
 use super::image::Image;
-use super::presenter::IN_FLIGHT;
 use super::report::DISPLAY_FORMAT;
 use crate::error::{Error, Result};
 use ash::vk;
@@ -15,6 +14,9 @@ use egui::{ClippedPrimitive, TextureId, TexturesDelta};
 use egui_ash_renderer::allocator::GpuAllocator;
 use egui_ash_renderer::{DynamicRendering, Options, RenderMode, Renderer, RendererError};
 use std::sync::{Arc, PoisonError};
+
+/// Pictures in flight at most: each has buffers of its own for the panels.
+pub const IN_FLIGHT: usize = 2;
 
 /// Panels as they are to be drawn.
 #[derive(Default)]

@@ -7,16 +7,13 @@
 use super::commands::Pass;
 use super::device::{Device, DeviceCore, Tracked};
 use super::image::Image;
-use super::overlay::{Gui, Overlay};
+use super::overlay::{Gui, IN_FLIGHT, Overlay};
 use super::surface::Surface;
 use super::swapchain::{Fault, Swapchain, Vsync};
 use super::{barrier, error};
 use crate::error::Result;
 use ash::vk;
 use std::sync::{Arc, PoisonError};
-
-/// Pictures in flight.
-pub const IN_FLIGHT: usize = 2;
 
 /// How long the window may keep all its images, nanoseconds: hidden ones may never give one back.
 const PATIENCE_NS: u64 = 100_000_000;

@@ -3,15 +3,11 @@
 use super::error;
 use super::instance::Instance;
 use super::report::Candidate;
+use super::window_handles::WindowHandles;
 use crate::error::{Error, Result};
 use ash::{khr, vk};
-use raw_window_handle::{HasDisplayHandle, HasWindowHandle};
+use raw_window_handle::HandleError;
 use std::sync::Arc;
-
-/// A window that threads share: what a surface is made of, and keeps open.
-pub trait WindowHandles: HasDisplayHandle + HasWindowHandle + Send + Sync {}
-
-impl<W: HasDisplayHandle + HasWindowHandle + Send + Sync> WindowHandles for W {}
 
 /// The surface of a window. It keeps the window and the instance alive.
 pub struct Surface {
@@ -23,7 +19,7 @@ pub struct Surface {
 
 impl Surface {
     pub(super) fn new(instance: &Arc<Instance>, window: Arc<dyn WindowHandles>) -> Result<Arc<Self>> {
-        let gone = |e: raw_window_handle::HandleError| Error::NoWindow(format!("the window is gone: {e}"));
+        let gone = |e: HandleError| Error::NoWindow(format!("the window is gone: {e}"));
         let display = window.display_handle().map_err(gone)?.as_raw();
         let handle = window.window_handle().map_err(gone)?.as_raw();
         // SAFETY: the instance has the extensions of such windows; the window lives as long as the surface, which owns a share.
