@@ -25,6 +25,9 @@ pub enum Error {
     /// No usable Vulkan device, or a feature is lacking; the message says what to install.
     #[error("{0}")]
     NoDevice(String),
+    /// No window can be opened: no display, or a library of the window system is missing; the message says what to install.
+    #[error("{0}")]
+    NoWindow(String),
     /// The device was lost for good, or memory ran out.
     #[error("{0}")]
     Exhausted(String),
@@ -42,7 +45,7 @@ impl Error {
     pub const fn exit_status(&self) -> u8 {
         match self {
             Self::Usage(_) | Self::Input(_) | Self::Io { .. } => 2,
-            Self::NoDevice(_) => 3,
+            Self::NoDevice(_) | Self::NoWindow(_) => 3,
             Self::Exhausted(_) => 4,
             Self::Internal(_) => 70,
         }

@@ -16,12 +16,14 @@
 //! - [`mod@compare`]: update modes compared, and the report of it
 //! - [`session`]: a run, one loop between engine and renderer, without a command line
 //! - [`system`]: what the system tells of this process and of the machine
+//! - [`app`]: the window: commands, keys, mouse, panels, scripts
 //! - [`cli`]: one file a subcommand
 //!
 //! Dependencies point one way: `math ← scene ← geom ← bsdf, light ← estimate ← cache ← refine` and `vk ← pass`; `pass` reads
 //! `refine::update` and never the cache; nothing in the first chain names `ash`; `session` puts both chains together, and `cli` alone uses it.
 //! `tests/layers.rs` holds the rule.
 
+pub mod app;
 pub mod bench;
 pub mod bsdf;
 pub mod cache;

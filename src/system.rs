@@ -3,6 +3,14 @@
 
 use serde::Serialize;
 
+/// Whether a shared library can be loaded, by the name that programs ask for.
+#[allow(unsafe_code, reason = "libraries of the window system run no code of their own when they are loaded")]
+#[must_use]
+pub fn can_load(library: &str) -> bool {
+    // SAFETY: the library is one that the window is about to load and to use, and its symbols are not looked at here.
+    unsafe { libloading::Library::new(library) }.is_ok()
+}
+
 /// CPU time of a living thread of this process.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThreadTime {

@@ -25,6 +25,7 @@ mod studio;
 mod tilts;
 mod values;
 pub mod verdict;
+pub mod view;
 
 pub use outcome::Outcome;
 
@@ -61,6 +62,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
     interrupt::install()?;
     match command {
         Command::Render(args) => render::run(args, start),
+        Command::View(args) => view::run(args),
         Command::Compare(args) => compare::run(args, start),
         Command::Reference(args) => reference::run(args),
         Command::Diff(args) => diff::run(args),

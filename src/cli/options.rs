@@ -2,7 +2,7 @@
 
 use super::args::ablate::AblateArgs;
 use super::args::bench::ConvergenceArgs;
-use super::args::{BudgetArgs, CompareArgs, CpuArgs, DeviceArgs, RefinementArgs, RenderArgs};
+use super::args::{BudgetArgs, CompareArgs, CpuArgs, DeviceArgs, RefinementArgs, RenderArgs, ViewArgs};
 use crate::pass::UpdateMode;
 use crate::scene::camera::ImageSize;
 use crate::session::{Batches, Budget, Options, Pace, Refinement, Thresholds};
@@ -35,6 +35,28 @@ impl RenderArgs {
         let BudgetArgs { time, frames, rays, error } = self.budget;
         let frames = frames.filter(|_| self.camera_path.is_none());
         Budget { time, frames, rays, error }.or_error(self.refinement.quality.error())
+    }
+}
+
+impl ViewArgs {
+    /// The options of the run, which has no limits: fixed work a frame without a window. How pictures are displayed, the scene has
+    /// a say in.
+    #[must_use]
+    pub fn options(&self) -> Options {
+        let batches = Batches { rays: self.rays, most: self.rays, ..Batches::A_FRAME };
+        Options {
+            size: self.scene.size,
+            device: self.device.device.clone(),
+            threads: self.cpu.threads,
+            seed: self.cpu.seed,
+            pace: if self.headless { Pace::Fixed(batches) } else { Pace::Free },
+            refinement: self.refinement.options(true),
+            update: self.update,
+            // Every frame that is drawn is shown, and drawn when it is to be shown.
+            refresh: Some(Duration::ZERO),
+            budget: Budget::default(),
+            ..Options::default()
+        }
     }
 }
 

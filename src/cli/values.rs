@@ -9,6 +9,7 @@ use crate::scene::ToneMapping;
 use crate::scene::camera::ImageSize;
 use crate::scene::up_axis::UpAxis;
 use crate::session::{PixelCounts, Quality};
+use crate::vk::Vsync;
 use clap::ValueEnum;
 use clap::builder::{PathBufValueParser, PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
@@ -132,6 +133,11 @@ fn named<T: Copy + Send + Sync + 'static, const N: usize>(
 /// One of [`ToneMapping::NAMES`].
 pub fn tone_mapping() -> impl TypedValueParser<Value = ToneMapping> {
     named(ToneMapping::NAMES)
+}
+
+/// Whether pictures wait for the display, by name.
+pub fn vsync() -> impl TypedValueParser<Value = Vsync> {
+    named(Vsync::NAMES)
 }
 
 /// A priority by name.

@@ -22,7 +22,7 @@ use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{FaceId, Scene};
 use crate::vk::buffer::BufferUse;
 use crate::vk::timestamp::PassTimes;
-use crate::vk::{Bindings, Buffer, Commands, Device, OcclusionQueries};
+use crate::vk::{Bindings, Buffer, Commands, Device, Image, OcclusionQueries};
 use glam::{Vec2, Vec3};
 use std::sync::Arc;
 
@@ -299,6 +299,13 @@ impl Renderer {
     #[must_use]
     pub fn drawn_sequence(&self) -> u64 {
         self.mesh.drawn_sequence()
+    }
+
+    /// The image of the displayed picture, for a window: sRGB, A is the coverage. The frames that follow draw into it until the
+    /// renderer is resized.
+    #[must_use]
+    pub const fn display_image(&self) -> &Arc<Image> {
+        &self.targets.display
     }
 
     /// The displayed picture of the last frame that combined: sRGB, A is the coverage.

@@ -6,6 +6,7 @@ use crate::scene::camera::ImageSize;
 use crate::vk::report::{COLOUR_FORMAT, DISPLAY_FORMAT, ID_FORMAT, LINEAR_FORMAT};
 use crate::vk::{Commands, Device, Image};
 use ash::vk::Extent2D;
+use std::sync::Arc;
 
 /// All images of a frame, of one size.
 pub(super) struct Targets {
@@ -27,8 +28,8 @@ pub(super) struct Targets {
     pub drawn_ids: Image,
     /// The luminance pass's own: it holds the depth of drawn triangles, not of the scene's triangles.
     pub luminance_depth: Image,
-    /// The picture as displayed.
-    pub display: Image,
+    /// The picture as displayed; a window may still be reading it when these targets go.
+    pub display: Arc<Image>,
     /// The picture in linear light, radiance in W·sr⁻¹·m⁻²; A is the coverage.
     pub linear: Image,
     /// D and S, W·sr⁻¹·m⁻², times the luminance scale, with values where no drawn triangle was drawn but a face shows.
@@ -51,7 +52,7 @@ impl Targets {
             specular: colour("S")?,
             drawn_ids: Image::colour(device, "drawn ids", extent, ID_FORMAT)?,
             luminance_depth: Image::depth_stencil(device, "luminance depth", extent, depth.format)?,
-            display: Image::colour(device, "display", extent, DISPLAY_FORMAT)?,
+            display: Arc::new(Image::colour(device, "display", extent, DISPLAY_FORMAT)?),
             linear: Image::colour(device, "linear", extent, LINEAR_FORMAT)?,
             filled_diffuse: colour("D filled")?,
             filled_specular: colour("S filled")?,

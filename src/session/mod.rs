@@ -9,6 +9,7 @@ mod clock;
 mod counting;
 mod error_meter;
 mod frame;
+mod interactive;
 mod light_engine;
 mod observer;
 mod options;
@@ -67,6 +68,8 @@ pub struct Session {
     scene: Arc<Scene>,
     options: Options,
     display: Display,
+    /// Whether the display settings changed since the last picture.
+    redisplay: bool,
     /// Level of each drawn triangle, for the layer of written images.
     levels: Levels,
     /// What is looked at; `None` before [`Self::look`].
@@ -109,6 +112,7 @@ impl Session {
             counting: Counting::new(options, renderer.device()),
             frames_come: options.frames_on(renderer.device()),
             display: options.display_of(scene),
+            redisplay: false,
             scene: Arc::clone(scene),
             share: options.budget,
             options: options.clone(),
@@ -181,7 +185,9 @@ impl Session {
             self.apply(&settled)?;
             updates.extend(settled);
         }
-        let combined = whole || matches!(self.frames_come, Frames::Every(time) if self.clock.picture_is_due(time));
+        let combined = std::mem::take(&mut self.redisplay)
+            || whole
+            || matches!(self.frames_come, Frames::Every(time) if self.clock.picture_is_due(time));
         self.clock.drawing_begins();
         let passes = self.renderer.frame(&FrameOptions {
             colour: moved,

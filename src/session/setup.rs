@@ -41,11 +41,7 @@ impl Opening {
         let thread = spawn("penombre-gpu-setup", move || {
             let start = Instant::now();
             let device = Device::new(&DeviceOptions { device: options.device.clone(), validation: None })?;
-            let device_seconds = start.elapsed().as_secs_f64();
-            let made_for = options.renderer_options(&device)?;
-            let renderer = Renderer::with_options(device, options.size, made_for)?;
-            let pipeline_seconds = start.elapsed().as_secs_f64() - device_seconds;
-            Ok(Gpu { renderer, device_seconds, pipeline_seconds })
+            Gpu::new(device, start.elapsed(), &options)
         })?;
         Ok(Self(Some(thread)))
     }
@@ -70,6 +66,18 @@ impl Drop for Opening {
 }
 
 impl Gpu {
+    /// The passes on a device that took so long to open.
+    ///
+    /// # Errors
+    /// [`Error::NoDevice`] if it lacks the depth format, [`Error::Exhausted`] when memory runs out.
+    pub fn new(device: Arc<Device>, opened_in: Duration, options: &Options) -> Result<Self> {
+        let start = Instant::now();
+        let made_for = options.renderer_options(&device)?;
+        let renderer = Renderer::with_options(device, options.size, made_for)?;
+        let device_seconds = opened_in.as_secs_f64();
+        Ok(Self { renderer, device_seconds, pipeline_seconds: start.elapsed().as_secs_f64() })
+    }
+
     /// A session of a scene; its engine waits on a thread of its own for the hierarchy.
     ///
     /// # Errors

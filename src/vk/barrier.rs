@@ -36,3 +36,28 @@ pub(super) fn first_use(device: &ash::Device, commands: vk::CommandBuffer, image
     // SAFETY: `commands` is being recorded, outside a rendering scope; the image is alive.
     unsafe { device.cmd_pipeline_barrier2(commands, &vk::DependencyInfo::default().image_memory_barriers(&barriers)) };
 }
+
+/// Moves an image of a window from one layout to another, after everything before and ahead of everything after.
+pub(super) fn window_image(
+    device: &ash::Device,
+    commands: vk::CommandBuffer,
+    image: vk::Image,
+    [from, to]: [vk::ImageLayout; 2],
+) {
+    let whole =
+        vk::ImageSubresourceRange::default().aspect_mask(vk::ImageAspectFlags::COLOR).level_count(1).layer_count(1);
+    let barrier = vk::ImageMemoryBarrier2::default()
+        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
+        .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
+        .old_layout(from)
+        .new_layout(to)
+        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
+        .image(image)
+        .subresource_range(whole);
+    let barriers = [barrier];
+    // SAFETY: `commands` is being recorded, outside a rendering scope; the image belongs to a swapchain that is alive.
+    unsafe { device.cmd_pipeline_barrier2(commands, &vk::DependencyInfo::default().image_memory_barriers(&barriers)) };
+}

@@ -138,7 +138,7 @@ impl<'a> Recording<'a> {
         if let Some(timestamps) = &self.commands.timestamps {
             timestamps.write(buffer, number, false);
         }
-        record(&Pass { raw: &core.raw, buffer, depth_stencil: Cell::new(None), scope: std::marker::PhantomData });
+        record(&Pass::recorded_to(&core.raw, buffer));
         barrier::full(&core.raw, buffer);
         if let Some(timestamps) = &self.commands.timestamps {
             timestamps.write(buffer, number, true);
@@ -205,6 +205,43 @@ pub struct Pass<'a> {
 }
 
 impl<'a> Pass<'a> {
+    /// A pass of commands that their owner submits and waits for.
+    pub(super) const fn recorded_to(raw: &'a ash::Device, buffer: vk::CommandBuffer) -> Self {
+        Self { raw, buffer, depth_stencil: Cell::new(None), scope: std::marker::PhantomData }
+    }
+
+    /// Makes what was recorded so far visible to what follows.
+    pub(super) fn barrier(&self) {
+        barrier::full(self.raw, self.buffer);
+    }
+
+    /// Copies a whole colour image to another of its format, as far as both reach.
+    pub(super) fn copy_to_image(&self, from: &Image, to: &Image) {
+        let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
+        let (width, height) = (from.size.width.min(to.size.width), from.size.height.min(to.size.height));
+        let region = vk::ImageCopy::default().src_subresource(layers).dst_subresource(layers).extent(vk::Extent3D {
+            width,
+            height,
+            depth: 1,
+        });
+        let (source, target) = ((from.raw, from.layout()), (to.raw, to.layout()));
+        // SAFETY: the caller keeps both until the commands are done; they are in their layouts, outside a rendering scope.
+        unsafe { self.raw.cmd_copy_image(self.buffer, source.0, source.1, target.0, target.1, &[region]) };
+    }
+
+    /// Lets another recorder draw over an image.
+    pub(super) fn draw_over<R>(&self, image: &Image, record: impl FnOnce(vk::CommandBuffer) -> R) -> R {
+        let attachments = [attachment(image, Load::Keep)];
+        let area = vk::Rect2D { offset: vk::Offset2D::default(), extent: image.size };
+        let info = vk::RenderingInfo::default().render_area(area).layer_count(1).color_attachments(&attachments);
+        // SAFETY: the buffer is being recorded; the caller keeps the image until the commands are done.
+        unsafe { self.raw.cmd_begin_rendering(self.buffer, &info) };
+        let recorded = record(self.buffer);
+        // SAFETY: ends the scope begun above.
+        unsafe { self.raw.cmd_end_rendering(self.buffer) };
+        recorded
+    }
+
     /// Moves new images to the layout they keep.
     pub fn first_use(&self, images: impl IntoIterator<Item = &'a Image>) {
         for image in images {

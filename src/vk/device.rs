@@ -4,6 +4,8 @@ use super::error;
 use super::instance::Instance;
 use super::memory::Memory;
 use super::report::{self, Candidate, DeviceReport};
+use super::surface::Surface;
+use super::window_handles::WindowHandles;
 use crate::error::{Error, Result};
 use ash::{ext, khr, vk};
 use std::collections::BTreeMap;
@@ -45,8 +47,8 @@ pub(super) struct DeviceCore {
     pub(super) max_texels: u32,
     pub(super) debug: Option<ext::debug_utils::Device>,
     live: Mutex<BTreeMap<u64, String>>,
-    physical: vk::PhysicalDevice,
-    instance: Arc<Instance>,
+    pub(super) physical: vk::PhysicalDevice,
+    pub(super) instance: Arc<Instance>,
 }
 
 impl Device {
@@ -55,13 +57,31 @@ impl Device {
     /// # Errors
     /// [`Error::NoDevice`] names what to install or which feature is lacking; [`Error::Usage`] an unknown `--device`.
     pub fn new(options: &DeviceOptions) -> Result<Arc<Self>> {
-        let instance = Instance::new(options.wants_validation())?;
+        let instance = Instance::new(options.wants_validation(), None)?;
         let candidates = report::candidates(&instance)?;
-        let chosen = choose(candidates, options.device.as_deref())?;
+        Self::open(instance, choose(candidates, options.device.as_deref())?, false)
+    }
+
+    /// As [`Self::new`], a device that can draw to a window, and the surface of it.
+    ///
+    /// # Errors
+    /// As [`Self::new`]; [`Error::NoWindow`] if Vulkan cannot draw to such a window.
+    pub fn for_window(options: &DeviceOptions, window: Arc<dyn WindowHandles>) -> Result<(Arc<Self>, Arc<Surface>)> {
+        let instance = Instance::new(options.wants_validation(), Some(&*window))?;
+        let surface = Surface::new(&instance, window)?;
+        let mut candidates = report::candidates(&instance)?;
+        for candidate in &mut candidates {
+            candidate.report.missing.extend(surface.missing(candidate));
+        }
+        let device = Self::open(instance, choose(candidates, options.device.as_deref())?, true)?;
+        Ok((device, surface))
+    }
+
+    fn open(instance: Arc<Instance>, chosen: Candidate, presents: bool) -> Result<Arc<Self>> {
         let (Some(queue_family), Some(depth_stencil)) = (chosen.queue_family, chosen.depth_stencil) else {
             return Err(Error::Internal("a device without queue or depth format was chosen".to_owned()));
         };
-        let core = DeviceCore::new(instance, &chosen, queue_family)?;
+        let core = DeviceCore::new(instance, &chosen, queue_family, presents)?;
         Ok(Arc::new(Self { core: Arc::new(core), report: chosen.report, depth_stencil }))
     }
 
@@ -111,8 +131,8 @@ impl Drop for Device {
 }
 
 impl DeviceCore {
-    fn new(instance: Arc<Instance>, chosen: &Candidate, queue_family: u32) -> Result<Self> {
-        let raw = create_device(&instance, chosen, queue_family)?;
+    fn new(instance: Arc<Instance>, chosen: &Candidate, queue_family: u32, presents: bool) -> Result<Self> {
+        let raw = create_device(&instance, chosen, queue_family, presents)?;
         // SAFETY: one queue of this family was requested.
         let queue = unsafe { raw.get_device_queue(queue_family, 0) };
         let debug = instance.has_debug_utils.then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
@@ -144,6 +164,13 @@ impl DeviceCore {
             )
         }
         .map_err(|e| error(e, &format!("asking for the limits of {:?} images", info.format)))
+    }
+
+    /// Waits until the queue has nothing to do.
+    pub(super) fn wait_idle(&self) -> Result<()> {
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the mutex guards the queue.
+        unsafe { self.raw.queue_wait_idle(*queue) }.map_err(|e| error(e, "waiting for the device"))
     }
 
     fn live(&self) -> MutexGuard<'_, BTreeMap<u64, String>> {
@@ -226,7 +253,7 @@ fn list(candidates: &[Candidate]) -> String {
     format!("there {verb}: {}", devices.join(", "))
 }
 
-fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32) -> Result<ash::Device> {
+fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32, presents: bool) -> Result<ash::Device> {
     let physical = chosen.raw;
     let priorities = [1.0];
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&priorities)];
@@ -251,6 +278,9 @@ fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32) -> 
     }
     if optional.stencil_export {
         extensions.push(ext::shader_stencil_export::NAME.as_ptr());
+    }
+    if presents {
+        extensions.push(khr::swapchain::NAME.as_ptr());
     }
     let info = vk::DeviceCreateInfo::default()
         .queue_create_infos(&queues)

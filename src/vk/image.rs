@@ -28,6 +28,17 @@ impl Image {
         Self::new(device, name, size, format, usage)
     }
 
+    /// The picture of a window: a colour image that is also copied to.
+    ///
+    /// # Errors
+    /// [`Error::Exhausted`] when memory runs out, [`Error::Usage`] for a size that the device does not allow.
+    pub fn picture(device: &Device, name: &str, size: vk::Extent2D, format: vk::Format) -> Result<Self> {
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT
+            | vk::ImageUsageFlags::TRANSFER_SRC
+            | vk::ImageUsageFlags::TRANSFER_DST;
+        Self::new(device, name, size, format, usage)
+    }
+
     /// A depth image, with stencil where the format has it.
     ///
     /// # Errors

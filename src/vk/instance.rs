@@ -1,10 +1,11 @@
 //! The Vulkan loader, the instance, and the validation layer's messages.
 
 use super::error;
+use super::window_handles::WindowHandles;
 use crate::error::{Error, Result};
 use ash::{ext, khr, vk};
 use std::borrow::Cow;
-use std::ffi::{CStr, c_char, c_void};
+use std::ffi::{CStr, CString, c_char, c_void};
 use std::sync::{Arc, Mutex, PoisonError};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
@@ -35,16 +36,16 @@ pub struct Instance {
     /// Whether objects can be named and passes labelled.
     pub(super) has_debug_utils: bool,
     /// Keeps the shared library loaded.
-    _entry: ash::Entry,
+    pub(super) entry: ash::Entry,
 }
 
 impl Instance {
     /// Loads Vulkan and creates an instance, with core and synchronisation validation if `validation` is set and the
-    /// layer is installed.
+    /// layer is installed; one that can show pictures in a window if there is one.
     ///
     /// # Errors
-    /// [`Error::NoDevice`] without a loader or a driver.
-    pub fn new(validation: bool) -> Result<Arc<Self>> {
+    /// [`Error::NoDevice`] without a loader or a driver, or if these cannot draw to such a window.
+    pub fn new(validation: bool, window: Option<&dyn WindowHandles>) -> Result<Arc<Self>> {
         // SAFETY: the loader's initialisation routines have no requirements of their own.
         let entry = unsafe { ash::Entry::load() }.map_err(|e| {
             Error::NoDevice(format!(
@@ -55,9 +56,10 @@ impl Instance {
         let available = instance_extensions(&entry);
         let has_debug_utils = available.iter().any(|e| e == ext::debug_utils::NAME);
         let portability = available.iter().any(|e| e == khr::portability_enumeration::NAME);
-        let raw = create_instance(&entry, validation, has_debug_utils, portability)?;
+        let for_window = window.map_or(Ok(&[][..]), |window| window_extensions(window, &available))?;
+        let raw = create_instance(&entry, validation, [has_debug_utils, portability], for_window)?;
         let messages = Arc::new(Messages::default());
-        let mut instance = Self { raw, messenger: None, messages, has_debug_utils, _entry: entry };
+        let mut instance = Self { raw, messenger: None, messages, has_debug_utils, entry };
         if validation && has_debug_utils {
             instance.listen()?;
         }
@@ -77,7 +79,7 @@ impl Instance {
             .message_type(Type::GENERAL | Type::VALIDATION | Type::PERFORMANCE)
             .pfn_user_callback(Some(on_message))
             .user_data(Arc::as_ptr(&self.messages).cast_mut().cast());
-        let loader = ext::debug_utils::Instance::new(&self._entry, &self.raw);
+        let loader = ext::debug_utils::Instance::new(&self.entry, &self.raw);
         // SAFETY: the user data outlives the messenger, which `drop` destroys first; `Messages` is `Sync`.
         let messenger = unsafe { loader.create_debug_utils_messenger(&info, None) }
             .map_err(|e| error(e, "creating the debug messenger"))?;
@@ -104,23 +106,41 @@ fn has_layer(entry: &ash::Entry, name: &CStr) -> bool {
     layers.iter().any(|l| l.layer_name_as_c_str() == Ok(name))
 }
 
-fn instance_extensions(entry: &ash::Entry) -> Vec<std::ffi::CString> {
+fn instance_extensions(entry: &ash::Entry) -> Vec<CString> {
     // SAFETY: a plain query of the loader.
     let extensions = unsafe { entry.enumerate_instance_extension_properties(None) }.unwrap_or_default();
     extensions.iter().filter_map(|e| e.extension_name_as_c_str().ok().map(CStr::to_owned)).collect()
 }
 
+/// The extensions that drawing to a window takes.
+fn window_extensions(window: &dyn WindowHandles, available: &[CString]) -> Result<&'static [*const c_char]> {
+    let display = window.display_handle().map_err(|e| Error::NoWindow(format!("the window has no display: {e}")))?;
+    let needed = ash_window::enumerate_required_extensions(display.as_raw())
+        .map_err(|e| Error::NoWindow(format!("Vulkan cannot draw to this kind of window: {e}")))?;
+    for &name in needed {
+        // SAFETY: the names are string constants.
+        let name = unsafe { CStr::from_ptr(name) };
+        if !available.iter().any(|there| there.as_c_str() == name) {
+            let name = name.to_string_lossy();
+            return Err(Error::NoDevice(format!(
+                "the Vulkan driver cannot draw to this kind of window: it lacks {name}"
+            )));
+        }
+    }
+    Ok(needed)
+}
+
 fn create_instance(
     entry: &ash::Entry,
     validation: bool,
-    has_debug_utils: bool,
-    portability: bool,
+    [has_debug_utils, portability]: [bool; 2],
+    for_window: &[*const c_char],
 ) -> Result<ash::Instance> {
     let application = vk::ApplicationInfo::default()
         .application_name(c"penombre")
         .engine_name(c"penombre")
         .api_version(vk::API_VERSION_1_3);
-    let mut extensions: Vec<*const c_char> = Vec::new();
+    let mut extensions: Vec<*const c_char> = for_window.to_vec();
     let mut layers: Vec<*const c_char> = Vec::new();
     let mut flags = vk::InstanceCreateFlags::empty();
     if has_debug_utils {

@@ -6,12 +6,12 @@ use crate::error::{Error, Result};
 use ash::vk;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme, Allocator, AllocatorCreateDesc};
 use gpu_allocator::{AllocationError, AllocationSizes, MemoryLocation};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The memory of one device.
 pub(super) struct Memory {
-    /// `None` once closed.
-    allocator: Mutex<Option<Allocator>>,
+    /// `None` once closed. Shared with what allocates by itself (the overlay), which goes before the device does.
+    allocator: Option<Arc<Mutex<Allocator>>>,
     max_allocation: u64,
 }
 
@@ -36,11 +36,12 @@ impl Memory {
             allocation_sizes: sizes,
         })
         .map_err(|e| Error::Internal(format!("cannot manage device memory: {e}")))?;
-        Ok(Self { allocator: Mutex::new(Some(allocator)), max_allocation })
+        Ok(Self { allocator: Some(Arc::new(Mutex::new(allocator))), max_allocation })
     }
 
-    fn lock(&self) -> MutexGuard<'_, Option<Allocator>> {
-        self.allocator.lock().unwrap_or_else(PoisonError::into_inner)
+    /// The allocator, for what allocates by itself.
+    pub(super) fn shared(&self) -> Result<Arc<Mutex<Allocator>>> {
+        self.allocator.clone().ok_or_else(|| Error::Internal("device memory was closed".to_owned()))
     }
 
     /// Memory for a resource; `linear` for buffers.
@@ -58,8 +59,8 @@ impl Memory {
                 self.max_allocation >> 20
             )));
         }
-        let mut guard = self.lock();
-        let allocator = guard.as_mut().ok_or_else(|| Error::Internal("device memory was closed".to_owned()))?;
+        let shared = self.shared()?;
+        let mut allocator = shared.lock().unwrap_or_else(PoisonError::into_inner);
         let scheme = AllocationScheme::GpuAllocatorManaged;
         allocator
             .allocate(&AllocationCreateDesc { name, requirements, location, linear, allocation_scheme: scheme })
@@ -72,20 +73,20 @@ impl Memory {
     }
 
     pub(super) fn free(&self, allocation: Allocation) {
-        if let Some(allocator) = self.lock().as_mut()
-            && let Err(e) = allocator.free(allocation)
+        if let Some(allocator) = &self.allocator
+            && let Err(e) = allocator.lock().unwrap_or_else(PoisonError::into_inner).free(allocation)
         {
             eprintln!("vulkan: device memory could not be freed: {e}");
         }
     }
 
     pub(super) fn reserved_bytes(&self) -> u64 {
-        self.lock().as_ref().map_or(0, Allocator::capacity)
+        self.allocator.as_ref().map_or(0, |a| a.lock().unwrap_or_else(PoisonError::into_inner).capacity())
     }
 
     /// Gives all memory back; must come before the device goes.
-    pub(super) fn close(&self) {
-        *self.lock() = None;
+    pub(super) fn close(&mut self) {
+        self.allocator = None;
     }
 }
 

@@ -3,7 +3,8 @@
 //! Ownership points one way, `Instance ← DeviceCore ← objects`; [`Device`] is the user's end of it and prints by name
 //! what still lives when it is dropped. Work is recorded through [`commands::Recording`], which borrows what it
 //! records and waits for the device before it lets go: an object may therefore be dropped or written as soon as no
-//! recording borrows it, and nothing needs a list of things to retire.
+//! recording borrows it, and nothing needs a list of things to retire. Only a [`presenter::Presenter`] leaves work to the device while
+//! the program goes on; it holds a share of what that reads until its fence is signalled.
 //!
 //! What the `unsafe` blocks rely on, stated once: handles are created by their owner and destroyed by it alone; the
 //! device outlives its objects through the `Arc` each of them holds; host access to queue, pools and command buffers
@@ -18,22 +19,32 @@ pub mod device;
 pub mod image;
 pub mod instance;
 pub mod memory;
+pub mod overlay;
 pub mod pipeline;
+pub mod presenter;
 pub mod query;
 pub mod report;
 pub mod shaders;
 #[cfg(test)]
 mod spirv_layout;
+pub mod surface;
+pub mod swapchain;
 pub mod timestamp;
+pub mod window_handles;
 
 pub use buffer::Buffer;
 pub use commands::{Commands, Pass, Recording};
 pub use descriptor::Bindings;
 pub use device::{Device, DeviceOptions};
 pub use image::Image;
+pub use overlay::Overlay;
 pub use pipeline::Pipeline;
+pub use presenter::Presenter;
 pub use query::OcclusionQueries;
 pub use report::DeviceReport;
+pub use surface::Surface;
+pub use swapchain::Vsync;
+pub use window_handles::WindowHandles;
 
 use crate::error::Error;
 use ash::vk;

@@ -109,7 +109,7 @@ pub(super) struct Candidate {
 /// # Errors
 /// [`Error::NoDevice`] without a loader or a driver.
 pub fn devices() -> Result<Vec<DeviceReport>> {
-    let instance = Instance::new(false)?;
+    let instance = Instance::new(false, None)?;
     Ok(candidates(&instance)?.into_iter().map(|c| c.report).collect())
 }
 

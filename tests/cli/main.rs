@@ -14,3 +14,5 @@ mod exr;
 mod files;
 mod messages;
 mod process;
+mod view;
+mod window;

@@ -8,6 +8,7 @@ mod depth;
 mod diff;
 pub mod reference;
 mod shared;
+mod view;
 
 use self::bench::BenchArgs;
 use self::reference::ReferenceArgs;
@@ -29,12 +30,14 @@ pub use compare::{CompareArgs, CompareLimits, Tilt};
 pub use depth::DepthArgs;
 pub use diff::{DiffArgs, LimitArgs};
 pub use shared::{CpuArgs, DeviceArgs, RefinementArgs, SceneArgs, VerbosityArgs};
+pub use view::ViewArgs;
 
 const AFTER_HELP: &str = "\
 Examples:
   penombre render scene.toml -o image.png --time 10
   penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
   penombre render scene.toml -o walk_####.png --camera-path walk.toml --error 0.05
+  penombre view scene.toml
   penombre compare scene.toml --out report
   penombre reference scene.toml -o ref.exr --filter point --spp 1024 --pixels 4000
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
@@ -46,7 +49,7 @@ Examples:
 
 Exit status:
   0 done    1 diff, compare: a limit was exceeded    2 bad usage or input
-  3 no usable Vulkan device    4 device lost or out of memory    70 internal error
+  3 no usable Vulkan device, no display    4 device lost or out of memory    70 internal error
   130 interrupted (the outputs are written all the same)";
 
 /// Progressive global illumination: exact geometry from the first frame, lighting that converges
@@ -63,6 +66,8 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to files, progressively, until a budget is spent
     Render(RenderArgs),
+    /// Walk through a scene in a window while its light converges; play scripts
+    View(ViewArgs),
     /// Replay one refinement in several update modes and report their artefacts and cost
     Compare(CompareArgs),
     /// Path-trace a scene on the CPU, without any cache: the yardstick

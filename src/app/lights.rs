@@ -1,0 +1,47 @@
+//! What the user makes of the scene's lights: switches and factors.
+
+use crate::scene::light::Light;
+use glam::Vec3;
+
+/// A light as it is set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// Name, as in the scene.
+    pub name: String,
+    /// Whether it is on.
+    pub on: bool,
+    /// Power, as a factor on that of the scene.
+    pub power: f32,
+}
+
+/// The lights of a scene, in its order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lights(Vec<Setting>);
+
+impl Lights {
+    /// All as loaded.
+    #[must_use]
+    pub fn new(lights: &[Light]) -> Self {
+        Self(lights.iter().map(|light| Setting { name: light.name.clone(), on: true, power: 1.0 }).collect())
+    }
+
+    /// Every light.
+    #[must_use]
+    pub fn all(&self) -> &[Setting] {
+        &self.0
+    }
+
+    /// Changes every light of a name; whether there is one.
+    pub fn change(&mut self, name: &str, change: impl Fn(&mut Setting)) -> bool {
+        let mut named = self.0.iter_mut().filter(|light| light.name == name).peekable();
+        let there_is = named.peek().is_some();
+        named.for_each(change);
+        there_is
+    }
+
+    /// What each emits, against what the scene says.
+    #[must_use]
+    pub fn factors(&self) -> Vec<Vec3> {
+        self.0.iter().map(|light| Vec3::splat(if light.on { light.power } else { 0.0 })).collect()
+    }
+}

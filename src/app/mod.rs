@@ -1,0 +1,64 @@
+//! The window: walk through a scene while its light converges.
+//!
+//! Everything that can be done is a [`command::Command`] of one [`table`]: keys and mouse ([`controls`]), [`panels`] and [`script`]s all come
+//! down to these, and the [`viewer::Viewer`] does them. The viewer draws with a session and knows neither window nor clock, so
+//! that [`headless`] plays the same as [`stage`], the thread that draws for a [`window`]. The window's own thread only passes on what
+//! happens to it.
+
+pub mod arguments;
+pub mod command;
+pub mod controls;
+pub mod flight;
+pub mod headless;
+pub mod libraries;
+pub mod lights;
+pub mod panels;
+pub mod pick;
+pub mod recording;
+pub mod screen;
+pub mod script;
+pub mod shots;
+pub mod stage;
+pub mod table;
+pub mod trigger;
+pub mod viewer;
+pub mod window;
+pub mod words;
+
+use crate::scene::camera::Camera;
+use crate::session::Observer;
+use script::Script;
+use std::path::PathBuf;
+use viewer::Open;
+
+/// What is to be done, with a window or without.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Where the camera is at first.
+    pub camera: Camera,
+    /// What pictures without a name of their own are called, but for number and extension.
+    pub name: PathBuf,
+    /// Which panels are open at first.
+    pub open: Open,
+    /// Commands with their times; empty without a script.
+    pub script: Script,
+    /// Whether the user has asked for an end from outside.
+    pub interrupted: fn() -> bool,
+}
+
+impl Observer for Plan {
+    fn interrupted(&self) -> bool {
+        (self.interrupted)()
+    }
+}
+
+/// The lines of the help: each command with its arguments, what it does, and what stands for it.
+#[must_use]
+pub fn help() -> String {
+    let line = |entry: &table::Entry| {
+        let keys = trigger::labels(entry.triggers, &|_| None);
+        let keys = if keys.is_empty() { String::new() } else { format!(" [{keys}]") };
+        format!("  {}{keys}\n      {}\n", entry.usage(), entry.help)
+    };
+    table::ENTRIES.iter().map(line).collect()
+}

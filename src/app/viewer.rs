@@ -1,0 +1,372 @@
+//! What is looked at and how, and what commands do to it. Neither a window nor a clock: time is told.
+
+use super::command::{Command, operator_name};
+use super::flight::Flight;
+use super::lights::Lights;
+use super::pick;
+use super::recording::Recording;
+use super::script;
+use super::shots::{Shot, Shots};
+use crate::error::{Error, Result};
+use crate::refine::update::EngineStats;
+use crate::scene::camera::{Camera, ImageSize};
+use crate::scene::{Display, ToneMapping};
+use crate::session::{FrameReport, Observer, Session};
+use glam::{Vec2, Vec3};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Seconds that it takes to fly as far as the scene is large, at first.
+const CROSSING: f32 = 4.0;
+
+/// Seconds for which a message is shown.
+const MESSAGE: f64 = 4.0;
+/// Seconds for which the speed is shown.
+const SPEED: f64 = 2.0;
+
+/// Range of the exposure, stops.
+const STOPS: f32 = 64.0;
+
+/// Which panels are open.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Open {
+    /// The panel with figures and settings.
+    pub hud: bool,
+    /// The list of lights in it.
+    pub lights: bool,
+    /// The help.
+    pub help: bool,
+}
+
+/// A session with a camera that moves, lights that are switched, and panels that are open.
+pub struct Viewer {
+    session: Session,
+    flight: Flight,
+    lights: Lights,
+    open: Open,
+    recording: Recording,
+    shots: Shots,
+    /// The camera that was flown last, when another was taken.
+    user: Option<Camera>,
+    /// Whether the camera was moved since one of the scene's was taken.
+    flown: bool,
+    /// Whether the camera, the lights or the size changed since the session looked.
+    changed: bool,
+    /// Whether how pictures are displayed changed since the last.
+    redisplay: bool,
+    /// Seconds since the first picture.
+    time: f64,
+    message: Option<(String, f64)>,
+    ended: bool,
+    /// The engine's totals as the last frame shows them.
+    stats: EngineStats,
+}
+
+impl Viewer {
+    /// A viewer through a camera; pictures without a name of their own are called `name` with a number.
+    #[must_use]
+    pub fn new(session: Session, camera: Camera, name: PathBuf, open: Open) -> Self {
+        let speed = session.scene().scale() / CROSSING;
+        Self {
+            lights: Lights::new(&session.scene().lights),
+            flight: Flight::new(camera, speed),
+            session,
+            open,
+            recording: Recording::default(),
+            shots: Shots::new(name),
+            user: None,
+            flown: false,
+            changed: true,
+            redisplay: false,
+            time: 0.0,
+            message: None,
+            ended: false,
+            stats: EngineStats::default(),
+        }
+    }
+
+    /// The session.
+    #[must_use]
+    pub const fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// The lights as they are set.
+    #[must_use]
+    pub const fn lights(&self) -> &Lights {
+        &self.lights
+    }
+
+    /// Which panels are open.
+    #[must_use]
+    pub const fn open(&self) -> Open {
+        self.open
+    }
+
+    /// Where the camera is, and how it moves.
+    #[must_use]
+    pub const fn flight(&self) -> &Flight {
+        &self.flight
+    }
+
+    /// Seconds since the first picture.
+    #[must_use]
+    pub const fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// What is to be said now.
+    #[must_use]
+    pub fn message(&self) -> Option<&str> {
+        self.message.as_ref().filter(|(_, until)| self.time < *until).map(|(text, _)| text.as_str())
+    }
+
+    /// How much longer that is to be said.
+    #[must_use]
+    pub fn message_left(&self) -> Option<Duration> {
+        let left = self.message.as_ref()?.1 - self.time;
+        (left > 0.0).then(|| Duration::from_secs_f64(left))
+    }
+
+    /// The engine's totals as the last frame shows them.
+    #[must_use]
+    pub const fn stats(&self) -> &EngineStats {
+        &self.stats
+    }
+
+    /// Whether anything is recorded.
+    #[must_use]
+    pub const fn is_recording(&self) -> bool {
+        self.recording.is_on()
+    }
+
+    /// Whether it was asked to end.
+    #[must_use]
+    pub const fn has_ended(&self) -> bool {
+        self.ended
+    }
+
+    /// Whether the next frame differs from the last, whatever the engine does.
+    #[must_use]
+    pub fn is_changing(&self) -> bool {
+        self.changed || self.redisplay || self.flight.is_moving()
+    }
+
+    /// Says something for a while.
+    pub fn say(&mut self, text: impl Into<String>) {
+        self.message = Some((text.into(), self.time + MESSAGE));
+    }
+
+    /// Lets time go on to `time`: what moves has moved then.
+    pub fn advance(&mut self, time: f64) {
+        if time > self.time && self.flight.is_moving() {
+            self.flight.fly((time - self.time) as f32);
+            self.changed = true;
+        }
+        self.time = self.time.max(time);
+    }
+
+    /// Makes pictures of a size.
+    ///
+    /// # Errors
+    /// As [`Session::resize`].
+    pub fn resize(&mut self, size: ImageSize) -> Result<()> {
+        if size != self.session.size() {
+            self.session.resize(size)?;
+            self.changed = true;
+        }
+        Ok(())
+    }
+
+    /// Draws a frame, if there is one to draw.
+    ///
+    /// # Errors
+    /// As [`Session::step`].
+    pub fn frame(&mut self, observer: &mut dyn Observer) -> Result<Option<FrameReport>> {
+        if !self.changed && !self.redisplay && self.session.is_idle() {
+            return Ok(None);
+        }
+        if std::mem::take(&mut self.changed) {
+            self.session.look_through(&self.flight.camera, &self.lights.factors())?;
+        }
+        self.redisplay = false;
+        let report = self.session.step(observer)?;
+        self.stats = report.engine;
+        self.recording.frame(self.time, &self.flight.camera, &self.lights);
+        Ok(Some(report))
+    }
+
+    /// Pictures that are to be written once the next frame is shown, for the caller to take.
+    pub fn take_shots(&mut self) -> Vec<Shot> {
+        self.shots.take()
+    }
+
+    /// The session, to make written pictures of.
+    pub const fn session_mut(&mut self) -> &mut Session {
+        &mut self.session
+    }
+
+    /// Does what a command says, now.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a light or camera that is not there, [`Error::Io`] for a file that cannot be written: all goes on as
+    /// before.
+    pub fn execute(&mut self, command: &Command) -> Result<()> {
+        script::check(command, self.session.scene()).map_err(Error::Usage)?;
+        let records = matches!(command, Command::RecordSession(_) | Command::RecordCamera(_) | Command::RecordStop);
+        if !records && *command != Command::Quit {
+            self.recording.command(self.time, command);
+        }
+        match command {
+            Command::RecordCamera(_) | Command::RecordSession(_) | Command::RecordStop => self.record(command)?,
+            Command::ToggleLight(name) => self.set_light(name, |light| light.on = !light.on),
+            Command::DimLight(name, power) => self.set_light(name, |light| light.power = *power),
+            Command::Screenshot(path) => self.shots.ask(path.as_deref(), true),
+            Command::Picture(path) => self.shots.ask(path.as_deref(), false),
+            Command::ToggleHud => self.open.hud = !self.open.hud,
+            Command::ToggleLights => self.toggle_lights(),
+            Command::ToggleHelp => self.open.help = !self.open.help,
+            Command::Back => self.back(),
+            Command::Quit => self.ended = true,
+            Command::Exposure(_) | Command::Expose(_) | Command::ToneMapping(_) | Command::NextToneMapping => {
+                self.display(command);
+            }
+            _ => self.move_camera(command),
+        }
+        Ok(())
+    }
+
+    /// Ends what is recorded, and writes it.
+    ///
+    /// # Errors
+    /// [`Error::Io`] naming the file.
+    pub fn finish(&mut self) -> Result<Vec<PathBuf>> {
+        self.recording.stop(self.time, &self.flight.camera, self.session.scene().origin)
+    }
+
+    fn move_camera(&mut self, command: &Command) {
+        let flight = &mut self.flight;
+        match command {
+            Command::Fly(velocity) => flight.velocity = *velocity,
+            Command::Speed(factor) => return self.change_speed(*factor),
+            Command::Look(angles) => flight.look(*angles),
+            Command::Pivot(place) => return self.choose_pivot(*place),
+            Command::Orbit(angles) => flight.orbit(*angles),
+            Command::Pan(shift) => flight.pan(*shift),
+            Command::Dolly(factor) => flight.dolly(*factor),
+            Command::Centre(place) => {
+                if let Some(point) = self.point_at(*place) {
+                    self.flight.look_at(point);
+                }
+            }
+            Command::FrameAll => self.frame_all(),
+            Command::Go(name) => return self.go(name),
+            Command::Place { position, look_at } => {
+                let origin = self.session.scene().origin;
+                let [position, look_at] = [position, look_at].map(|point| (*point - origin).as_vec3());
+                flight.camera = Camera { position, look_at, ..flight.camera };
+            }
+            _ => return,
+        }
+        self.flown = true;
+        self.changed = true;
+    }
+
+    fn change_speed(&mut self, factor: f32) {
+        self.flight.speed *= factor;
+        let text = format!("speed {:.3} units a second", self.flight.speed);
+        self.message = Some((text, self.time + SPEED));
+    }
+
+    fn point_at(&self, place: Vec2) -> Option<Vec3> {
+        let renderer = self.session.renderer();
+        let view = self.session.view()?;
+        pick::point_at(self.session.scene(), view, renderer.face_ids(), place)
+    }
+
+    /// What is seen at a place; where nothing is, a point there as far as the one looked at.
+    fn choose_pivot(&mut self, place: Vec2) {
+        let reach = self.flight.reach();
+        let ahead = || self.session.view().map(|view| pick::point_towards(view, place, reach));
+        self.flight.pivot = self.point_at(place).or_else(ahead);
+    }
+
+    fn frame_all(&mut self) {
+        let size = self.session.size();
+        if let Some(bounds) = self.session.scene().bounds() {
+            self.flight.frame(bounds, size.width as f32 / size.height as f32);
+        }
+    }
+
+    /// Takes a camera by name or number from 1, or 0 for the one that was flown last.
+    fn go(&mut self, name: &str) {
+        let cameras = &self.session.scene().cameras;
+        let by_name = cameras.iter().position(|camera| camera.name == name);
+        let number = by_name.map(|index| index + 1).or_else(|| name.parse().ok());
+        let taken = match number {
+            Some(0) => self.user,
+            Some(number) => cameras.get(number - 1).map(|camera| camera.camera),
+            None => None,
+        };
+        let Some(taken) = taken else { return };
+        if self.flown {
+            self.user = Some(self.flight.camera);
+        }
+        self.flight.camera = taken;
+        self.flown = number == Some(0);
+        self.changed = true;
+    }
+
+    fn set_light(&mut self, name: &str, change: impl Fn(&mut super::lights::Setting)) {
+        self.lights.change(name, change);
+        self.changed = true;
+    }
+
+    fn display(&mut self, command: &Command) {
+        let mut display = self.session.display();
+        match command {
+            Command::Exposure(stops) => display.exposure = *stops,
+            Command::Expose(stops) => display.exposure = (display.exposure + stops).clamp(-STOPS, STOPS),
+            Command::ToneMapping(operator) => display.tone_mapping = *operator,
+            _ => display.tone_mapping = next_operator(display.tone_mapping),
+        }
+        let Display { exposure, tone_mapping } = display;
+        self.say(format!("exposure {exposure:+.1}, {}", operator_name(tone_mapping)));
+        self.session.set_display(display);
+        self.redisplay = true;
+    }
+
+    fn toggle_lights(&mut self) {
+        let shown = self.open.hud && self.open.lights;
+        (self.open.hud, self.open.lights) = (self.open.hud || !shown, !shown);
+    }
+
+    /// Closes the help; without any, says how to end: a key that is pressed to get out of something must not end all.
+    fn back(&mut self) {
+        if self.open.help {
+            self.open.help = false;
+        } else {
+            self.say("Ctrl + Q ends");
+        }
+    }
+
+    fn record(&mut self, command: &Command) -> Result<()> {
+        let (time, camera, origin) = (self.time, self.flight.camera, self.session.scene().origin);
+        match command {
+            Command::RecordCamera(to) => self.recording.begin_path(to.clone(), time),
+            Command::RecordSession(to) => self.recording.begin_script(to.clone(), time, &camera, origin),
+            _ => {
+                let written = self.finish()?;
+                let files: Vec<String> = written.iter().map(|file| file.display().to_string()).collect();
+                self.say(if files.is_empty() { "nothing was recorded".to_owned() } else { files.join(", ") });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn next_operator(operator: ToneMapping) -> ToneMapping {
+    let known = ToneMapping::NAMES.map(|(_, operator)| operator);
+    let present = known.iter().position(|known| *known == operator).unwrap_or_default();
+    known[(present + 1) % known.len()]
+}

@@ -1,0 +1,67 @@
+//! `penombre view`: a window to walk through a scene, or a script played without one.
+
+use super::args::ViewArgs;
+use super::{Outcome, interrupt, numbered, output, scene};
+use crate::app::Plan;
+use crate::app::headless::{self, Film};
+use crate::app::script::Script;
+use crate::app::viewer::Open;
+use crate::app::window::{self, Show};
+use crate::error::{Error, Result};
+use crate::image::atomic;
+use crate::scene::Display;
+use crate::scene::load::Loaded;
+use crate::session::{Hierarchy, Opening, Options};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Runs the command.
+///
+/// # Errors
+/// Bad input, no window or device, a lost device, or an output that cannot be written.
+pub fn run(args: &ViewArgs) -> Result<Outcome> {
+    if !args.headless {
+        window::check()?;
+    }
+    let script = args.script.as_deref().map(Script::load).transpose()?.unwrap_or_default();
+    check_output(args)?;
+    let mut hierarchy = None;
+    let Loaded { scene, .. } = scene::load_and_warn_beside(&args.scene, args.cpu.verbosity, |geometry| {
+        hierarchy = Some(Hierarchy::start(geometry));
+    })?;
+    let hierarchy = hierarchy.ok_or_else(|| Error::Internal("a scene was loaded without triangles".to_owned()))??;
+    script.check(&scene)?;
+    let plan = Plan {
+        camera: scene::camera(&scene, args.scene.camera.as_deref())?,
+        name: args.scene.path.file_stem().map_or_else(|| PathBuf::from("scene"), PathBuf::from),
+        open: Open { hud: !args.headless, lights: false, help: false },
+        script,
+        interrupted: interrupt::requested,
+    };
+    let display = Display {
+        exposure: args.exposure.unwrap_or(scene.display.exposure),
+        tone_mapping: args.tone_mapping.unwrap_or(scene.display.tone_mapping),
+    };
+    let options = Options { display: Some(display), ..args.options() };
+    let scene = Arc::new(scene);
+    let written = if args.headless {
+        let session = Opening::start(&options)?.finish()?.session(&scene, |scene| hierarchy.finish(scene), &options)?;
+        let file = args.output.clone().map(|path| -> Box<dyn Fn(u64) -> PathBuf> {
+            Box::new(move |number| numbered::numbered(&path, number + 1))
+        });
+        headless::play(session, plan, &Film { rate: args.fps, file })?
+    } else {
+        let title = format!("{} - penombre", plan.name.display());
+        window::run(Show { scene, hierarchy, options, vsync: args.vsync, plan, title })?
+    };
+    if !args.cpu.verbosity.quiet {
+        written.iter().for_each(|file| output::report(&format!("recorded {}", file.display())));
+    }
+    Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// Checks before any work that frames can be written.
+fn check_output(args: &ViewArgs) -> Result<()> {
+    let first = args.output.as_deref().map(|path| numbered::numbered(path, 1));
+    first.map_or(Ok(()), |first| atomic::check_writable(&[&first]))
+}
