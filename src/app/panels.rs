@@ -67,6 +67,11 @@ fn frame() -> Frame {
     Frame::new().fill(Color32::from_black_alpha(200)).inner_margin(MARGIN).corner_radius(4.0)
 }
 
+/// Nearly opaque: what is long must be read well.
+fn page() -> Frame {
+    frame().fill(Color32::from_black_alpha(240))
+}
+
 fn figures(ui: &mut Ui, viewer: &Viewer, rate: Rate) {
     let EngineStats { rays, vertices, estimated_error, converged, .. } = *viewer.stats();
     let size = viewer.session().size();
@@ -156,7 +161,7 @@ fn buttons(ui: &mut Ui, commands: &mut Vec<Command>) {
 
 fn help(context: &Context, viewer: &Viewer, printed: &dyn Fn(KeyCode) -> Option<String>) {
     let most = context.content_rect().size() - egui::Vec2::splat(6.0 * MARGIN);
-    let panel = Window::new("help").title_bar(false).frame(frame()).fixed_size(most.min(HELP));
+    let panel = Window::new("help").title_bar(false).frame(page()).fixed_size(most.min(HELP));
     panel.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         ScrollArea::both().auto_shrink(false).show(ui, |ui| {
             ui.label("Shift flies three times as fast, Ctrl at a third");

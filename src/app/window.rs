@@ -21,6 +21,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
+use winit::error::EventLoopError;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, EventLoop, EventLoopProxy};
 use winit::keyboard::{Key, PhysicalKey};
@@ -66,7 +67,7 @@ pub fn check() -> Result<()> {
 /// [`Error::NoWindow`] if none can be opened, [`Error::NoDevice`] if nothing can draw to it; a lost device.
 pub fn run(show: Show) -> Result<Vec<PathBuf>> {
     let events = EventLoop::<Reply>::with_user_event().build();
-    let events = events.map_err(|e| Error::NoWindow(format!("the display cannot be opened: {e}")))?;
+    let events = events.map_err(|e| Error::NoWindow(format!("the display cannot be opened: {}", reason(&e))))?;
     let (outbox, inbox) = unbounded();
     let mut app = App {
         show: Some((show, inbox)),
@@ -79,6 +80,12 @@ pub fn run(show: Show) -> Result<Vec<PathBuf>> {
     };
     let ran = events.run_app(&mut app).map_err(|e| Error::NoWindow(format!("the display is gone: {e}")));
     app.finish().and_then(|recorded| ran.map(|()| recorded))
+}
+
+/// Why there is no display, without the place in winit's source that comes first.
+fn reason(fault: &EventLoopError) -> String {
+    let text = fault.to_string();
+    text.rsplit(": ").next().unwrap_or(&text).to_owned()
 }
 
 struct App {

@@ -150,7 +150,7 @@ fn mistakes_are_refused_with_the_option_and_what_would_be_right() {
 
 #[test]
 fn commands_that_do_not_exist_are_usage_errors() {
-    for command in ["view", "bake", "rendre"] {
+    for command in ["bake", "rendre"] {
         let text = refused(&format!("{command} a b"));
         assert!(text.contains("unrecognized subcommand"), "{text}");
     }

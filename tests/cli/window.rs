@@ -75,5 +75,6 @@ fn a_display_that_is_not_there_is_no_panic() {
     let output = command.env("DISPLAY", ":4095").env_remove("WAYLAND_DISPLAY").output().unwrap();
     if cfg!(target_os = "linux") {
         assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
+        assert!(stderr(&output).starts_with("error: the display cannot be opened: Failed"), "{}", stderr(&output));
     }
 }
