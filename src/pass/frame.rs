@@ -103,6 +103,7 @@ impl Renderer {
             recording.pass("combine", |pass| passes.combine.record(pass, bindings, targets));
         }
         let times = recording.submit()?;
+        self.mesh.drop_filling();
         self.times.extend(times);
         if self.options.atomic_counts {
             self.counters.read(&plan)?;
@@ -139,7 +140,8 @@ impl Renderer {
             let looks_up = mode == UpdateMode::Lookup && self.lookup.is_some();
             let frustum = Frustum::new(&self.view, self.jitter);
             let clipping = Clipping { frustum: &frustum, places: &self.places };
-            let plan = if looks_up { Plan::full_lookup() } else { Plan::full(&self.mesh, &visible, &clipping) };
+            let plan =
+                if looks_up { Plan::full_lookup(&self.mesh) } else { Plan::full(&self.mesh, &visible, &clipping) };
             return (plan, patches);
         }
         // One draw looks all up: what is drawn later would be shown early.
