@@ -9,6 +9,8 @@ use rustc_hash::{FxBuildHasher, FxHashMap};
 const CELLS: f32 = 256.0;
 /// Bits of a cell's coordinate in its key, and sizes of cells, each twice the one before: the largest holds all.
 const BITS: u32 = 20;
+/// Coordinate of the scene's origin: a third of all, so that cells of all sizes do not end there together.
+const ORIGIN: i32 = (1 << BITS) / 3;
 
 /// What a piece of surface shows.
 #[derive(Clone, Copy, Debug)]
@@ -174,11 +176,10 @@ impl LightVolume {
     }
 }
 
-/// Whole numbers of cells from the lowest corner that keys can tell.
+/// The cell of a place; the outermost for what lies beyond.
 fn coordinates(position: Vec3, cell: f32) -> IVec3 {
-    let half = 1 << (BITS - 1);
-    let cells = (position / cell).floor().clamp(Vec3::splat(-half as f32), Vec3::splat((half - 1) as f32));
-    cells.as_ivec3() + half
+    let last = (1 << BITS) - 1;
+    ((position / cell).floor().as_ivec3().saturating_add(IVec3::splat(ORIGIN))).clamp(IVec3::ZERO, IVec3::splat(last))
 }
 
 fn key(place: IVec3, direction: Direction) -> u64 {

@@ -177,7 +177,8 @@ impl Session {
 
     /// One turn of the loop: takes the engine's updates, hands them to the renderer, draws a frame, tells the engine.
     /// The first turn of a view waits for the update that shows all of it, unless moves are drawn at once ([`Options::moves`]); others
-    /// wait for fixed work, or until something arrives or a picture is due. Can go on after [`FrameReport::ended_by`], which only says that a limit is reached.
+    /// wait for fixed work, or until something arrives or a picture is due. Can go on after [`FrameReport::ended_by`], which only says that a
+    /// limit is reached.
     ///
     /// # Errors
     /// [`Error::Usage`] before there was a view; [`Error::Exhausted`] when the device is lost or memory runs out;
@@ -200,7 +201,7 @@ impl Session {
         }
         let combined = whole || matches!(self.frames_come, Frames::Every(time) if self.clock.picture_is_due(time));
         self.clock.drawing_begins();
-        if whole {
+        if whole || self.renderer.must_draw_all(self.options.update) {
             self.filled_faces = if self.is_answered() { 0 } else { self.renderer.fill_faces(&self.scene) as u64 };
         }
         let passes = self.renderer.frame(&FrameOptions {
