@@ -5,7 +5,7 @@ use super::args::bench::ConvergenceArgs;
 use super::args::{BudgetArgs, CompareArgs, CpuArgs, DeviceArgs, RefinementArgs, RenderArgs, ViewArgs};
 use crate::pass::UpdateMode;
 use crate::scene::camera::ImageSize;
-use crate::session::{Batches, Budget, Options, Pace, Refinement, Thresholds};
+use crate::session::{Batches, Budget, Moves, Options, Pace, Refinement, Thresholds};
 use std::time::Duration;
 
 impl RenderArgs {
@@ -24,6 +24,7 @@ impl RenderArgs {
             depth_format: self.depth.depth_format,
             depth_order: self.depth.depth,
             pixel_counts: self.pixel_counts,
+            moves: Moves::WhenAnswered,
             refresh: self.refresh,
             redraws: self.output.aa,
             budget: self.limits(),

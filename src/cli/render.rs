@@ -237,7 +237,7 @@ impl Ended {
 /// Writes the run summary beside the log and says what was done.
 fn finish(args: &RenderArgs, mut summary: Summary, device: &Device, ended: &Ended) -> Result<()> {
     let (device, memory_on_device) = (device.report(), device.memory_bytes());
-    let Totals { frames, engine, elapsed, .. } = ended.totals;
+    let Totals { frames, ahead, engine, elapsed, .. } = ended.totals;
     let rate = |seconds: f64| (seconds > 0.0).then(|| engine.rays as f64 / seconds);
     summary.device.clone_from(&device.name);
     summary.driver.clone_from(&device.driver);
@@ -253,6 +253,7 @@ fn finish(args: &RenderArgs, mut summary: Summary, device: &Device, ended: &Ende
         peak_bytes: system::peak_memory(),
     };
     summary.frames = frames;
+    summary.ahead = ahead;
     summary.rays = engine.rays;
     summary.rays_per_second = rate(elapsed.as_secs_f64());
     summary.rays_per_cpu_second = rate(engine.cpu_seconds);

@@ -32,6 +32,9 @@ const COLUMNS: [&str; 18] = [
 /// Columns that a reference image adds.
 const ERROR_COLUMNS: [&str; 3] = ["rmse", "relmse", "flip"];
 
+/// Columns that came later: behind all others, with a reference or without.
+const LATER_COLUMNS: [&str; 2] = ["stale_specular", "filled_faces"];
+
 /// What the passes of one frame did. Times are GPU timestamps; what did not run is `None`, an empty field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PassRecord {
@@ -83,6 +86,10 @@ pub struct FrameRecord {
     pub memory_mib: Option<f64>,
     /// Error against the reference, where it was measured.
     pub error: Option<FrameError>,
+    /// Whether it made a picture with specular luminance of an earlier view.
+    pub stale_specular: bool,
+    /// Faces that show light of others near by until their own comes.
+    pub filled_faces: u64,
 }
 
 /// A frame log being written.
@@ -104,7 +111,7 @@ impl FrameLog {
         let file = File::create(path).map_err(|e| Error::io(path, "cannot create", e))?;
         let mut log = Self { path: path.to_owned(), writer: Writer::from_writer(file), with_error, cpu_before: 0.0 };
         let errors = if with_error { ERROR_COLUMNS.as_slice() } else { &[] };
-        log.write(&COLUMNS.iter().chain(errors).collect::<ByteRecord>())?;
+        log.write(&COLUMNS.iter().chain(errors).chain(&LATER_COLUMNS).collect::<ByteRecord>())?;
         Ok(log)
     }
 
@@ -122,6 +129,7 @@ impl FrameLog {
                 scientific(row.error.and_then(|e| e.flip)),
             ]);
         }
+        fields.extend([u8::from(row.stale_specular).to_string(), row.filled_faces.to_string()]);
         self.write(&fields.iter().collect())
     }
 
@@ -175,6 +183,7 @@ mod tests {
 
     const HEADER: &str = "frame,time_ms,camera_moved,cpu_ms,visibility_ms,colour_ms,luminance_ms,combine_ms,readback_ms,\
         dirty_parents,children_drawn,queries,query_pixels,rays,vertices,triangles,memory_mib,estimated_error";
+    const LATER: &str = "stale_specular,filled_faces";
 
     fn row(at: Duration) -> FrameRecord {
         let engine = EngineStats {
@@ -191,7 +200,17 @@ mod tests {
             dirty_parents: Some(0),
             ..Default::default()
         };
-        FrameRecord { frame: 3, at, camera_moved: true, passes, engine, memory_mib: Some(12.34), error: None }
+        FrameRecord {
+            frame: 3,
+            at,
+            camera_moved: true,
+            passes,
+            engine,
+            memory_mib: Some(12.34),
+            error: None,
+            stale_specular: true,
+            filled_faces: 7,
+        }
     }
 
     #[test]
@@ -199,16 +218,17 @@ mod tests {
         let folder = tempfile::tempdir().expect("folder");
         let path = folder.path().join("frames.csv");
         let mut log = FrameLog::create(&path, false).expect("log");
-        assert_eq!(std::fs::read_to_string(&path).expect("log"), format!("{HEADER}\n"));
+        let header = format!("{HEADER},{LATER}\n");
+        assert_eq!(std::fs::read_to_string(&path).expect("log"), header);
         log.record(&row(Duration::from_millis(40))).expect("row");
         // The log is still open: the row must not wait in a buffer.
-        let first = format!("{HEADER}\n3,40.000,1,12.500,,,1.500,0.000,,0,,,,1000,20,30,12.3,\n");
+        let first = header + "3,40.000,1,12.500,,,1.500,0.000,,0,,,,1000,20,30,12.3,,1,7\n";
         assert_eq!(std::fs::read_to_string(&path).expect("log"), first);
 
         let mut next = row(Duration::from_micros(80_500));
         next.engine.cpu_seconds += 0.030;
         log.record(&next).expect("row");
-        let second = "3,80.500,1,30.000,,,1.500,0.000,,0,,,,1000,20,30,12.3,\n";
+        let second = "3,80.500,1,30.000,,,1.500,0.000,,0,,,,1000,20,30,12.3,,1,7\n";
         assert_eq!(std::fs::read_to_string(&path).expect("log"), first + second, "CPU time is the frame's own");
     }
 
@@ -226,10 +246,10 @@ mod tests {
         log.record(&with).expect("row");
         let text = std::fs::read_to_string(&path).expect("log");
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!(lines[0], format!("{HEADER},rmse,relmse,flip"));
-        assert!(lines[1].ends_with(",12.3,2.50000e-1,5.00000e-1,1.25000e-7,1.25000e-1"), "{}", lines[1]);
-        assert!(lines[2].ends_with(",12.3,,,,"), "{}", lines[2]);
-        assert!(lines[3].ends_with("5.00000e-1,1.25000e-7,"), "{}", lines[3]);
+        assert_eq!(lines[0], format!("{HEADER},rmse,relmse,flip,{LATER}"));
+        assert!(lines[1].ends_with(",12.3,2.50000e-1,5.00000e-1,1.25000e-7,1.25000e-1,1,7"), "{}", lines[1]);
+        assert!(lines[2].ends_with(",12.3,,,,,1,7"), "{}", lines[2]);
+        assert!(lines[3].ends_with("5.00000e-1,1.25000e-7,,1,7"), "{}", lines[3]);
     }
 
     #[test]

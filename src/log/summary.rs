@@ -35,6 +35,8 @@ pub struct Summary {
     pub memory: Memory,
     /// Frames drawn.
     pub frames: u64,
+    /// Pictures made before the engine had answered a camera move.
+    pub ahead: AheadPictures,
     /// Rays traced.
     pub rays: u64,
     /// Rays a second, from the first frame to the end; `null` if no frame was drawn.
@@ -104,6 +106,15 @@ pub struct ThreadTimes {
     pub rasteriser: f64,
     /// Threads that have ended: hierarchy, device and pipelines.
     pub ended: f64,
+}
+
+/// Pictures of views that the engine had not answered yet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AheadPictures {
+    /// Those with specular luminance of an earlier view.
+    pub stale_specular: u64,
+    /// Those with faces that show light of others near by.
+    pub filled: u64,
 }
 
 /// Memory at the end.

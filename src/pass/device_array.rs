@@ -50,6 +50,16 @@ impl<T: Pod + PartialEq> DeviceArray<T> {
         self.items = items;
     }
 
+    /// Forgets all elements from a number on.
+    pub(super) fn truncate(&mut self, len: u64) {
+        self.items.truncate(len as usize);
+        self.dirty.truncate(self.items.len().div_ceil(CHUNK));
+        // The device still holds what was forgotten of the last chunk: what is set there next may be no change here.
+        if let Some(last) = self.dirty.last_mut() {
+            *last = true;
+        }
+    }
+
     /// Sends what changed, into a larger buffer when the present one is too small. The device must be idle, which it
     /// is between submissions: each is waited for.
     pub(super) fn flush(&mut self, device: &Device) -> Result<()> {

@@ -103,6 +103,7 @@ impl Renderer {
             recording.pass("combine", |pass| passes.combine.record(pass, bindings, targets));
         }
         let times = recording.submit()?;
+        self.mesh.drop_filling();
         self.times.extend(times);
         if self.options.atomic_counts {
             self.counters.read(&plan)?;
@@ -124,22 +125,30 @@ impl Renderer {
         if works { asked } else { UpdateMode::Id }
     }
 
-    /// What the luminance pass draws, and the number of patches in it.
-    fn plan(&mut self, options: &FrameOptions) -> (Plan, u32) {
-        let mode = self.mode(options.update_mode);
+    /// Whether the next frame draws all drawn triangles of visible faces even if it is not asked to.
+    #[must_use]
+    pub fn must_draw_all(&self, update_mode: UpdateMode) -> bool {
+        let mode = self.mode(update_mode);
         let overflow = self.mesh.max_value() * self.luminance_scale > f32::from(half::f16::MAX);
         // Depth that another mode left behind: what tests against it needs it drawn again.
         let stale = mode.reads_depth() && self.depth_left_by.is_some_and(|left_by| left_by != mode);
         let redraw = stale || mode == UpdateMode::Full;
+        overflow || self.mesh.needs_full() || (redraw && self.mesh.has_pending())
+    }
+
+    /// What the luminance pass draws, and the number of patches in it.
+    fn plan(&mut self, options: &FrameOptions) -> (Plan, u32) {
+        let mode = self.mode(options.update_mode);
         let visible = Visible { faces: &self.visible, by_id: &self.scene.by_id };
-        if options.full_luminance || overflow || self.mesh.needs_full() || (redraw && self.mesh.has_pending()) {
+        if options.full_luminance || self.must_draw_all(options.update_mode) {
             self.luminance_scale = fitting_scale(self.mesh.max_value());
             self.depth_left_by = None;
             let patches = self.mesh.take_full();
             let looks_up = mode == UpdateMode::Lookup && self.lookup.is_some();
             let frustum = Frustum::new(&self.view, self.jitter);
             let clipping = Clipping { frustum: &frustum, places: &self.places };
-            let plan = if looks_up { Plan::full_lookup() } else { Plan::full(&self.mesh, &visible, &clipping) };
+            let plan =
+                if looks_up { Plan::full_lookup(&self.mesh) } else { Plan::full(&self.mesh, &visible, &clipping) };
             return (plan, patches);
         }
         // One draw looks all up: what is drawn later would be shown early.

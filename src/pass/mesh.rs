@@ -1,9 +1,10 @@
 //! The luminance mesh as the device knows it: slots, drawn triangles, which drawn triangles are drawn, and what waits to be drawn.
 
 use super::device_array::DeviceArray;
-use super::shared::{GpuDrawnTriangle, GpuSlot};
+use super::shared::{GpuDrawnTriangle, GpuSlot, NONE};
 use crate::error::{Error, Result};
 use crate::refine::update::{DrawnId, Patch, Update};
+use crate::scene::FaceId;
 use crate::vk::Device;
 use glam::Vec3;
 use std::collections::VecDeque;
@@ -75,6 +76,10 @@ pub(super) struct LuminanceMesh {
     pub slots: DeviceArray<GpuSlot>,
     pub drawn_triangles: DeviceArray<GpuDrawnTriangle>,
     states: Vec<DrawnState>,
+    /// How many drawn triangles of each face are part of the mesh.
+    of_face: Vec<u32>,
+    /// Drawn triangles behind all others that fill faces without any of their own in the next frame.
+    filling: Range<u32>,
     /// New triangles that wait, in their order.
     batches: Vec<Batch>,
     /// Drawn triangles on the images whose new values wait: they do not keep triangles, and the count of their pixels, waiting.
@@ -95,6 +100,8 @@ impl LuminanceMesh {
             slots: DeviceArray::new(device, "slots")?,
             drawn_triangles: DeviceArray::new(device, "drawn_triangles")?,
             states: Vec::new(),
+            of_face: Vec::new(),
+            filling: 0..0,
             batches: Vec::new(),
             values: VecDeque::new(),
             serial: 0,
@@ -108,6 +115,7 @@ impl LuminanceMesh {
     pub(super) fn reset(&mut self) {
         self.drop_pending();
         self.states.fill(DrawnState::NONE);
+        self.of_face.clear();
         self.needs_full = true;
         self.max_value = 0.0;
     }
@@ -120,6 +128,42 @@ impl LuminanceMesh {
     /// Whether a drawn triangle is part of the mesh.
     pub(super) fn is_drawn(&self, drawn_id: u32) -> bool {
         self.states.get(drawn_id as usize).is_some_and(|state| state.drawn)
+    }
+
+    /// Whether a face has drawn triangles that are part of the mesh: they cover it.
+    pub(super) fn covers(&self, face: FaceId) -> bool {
+        self.of_face.get(face.0 as usize).is_some_and(|&count| count > 0)
+    }
+
+    /// Fills faces that have no drawn triangles with one each, until the next frame is drawn or the next change comes.
+    pub(super) fn fill(&mut self, faces: impl Iterator<Item = (FaceId, [GpuSlot; 3])>) {
+        self.drop_filling();
+        let first = self.drawn_triangles.len() as u32;
+        for (face, corners) in faces {
+            let slots = corners.map(|corner| {
+                let slot = self.slots.len() as u32;
+                self.slots.set(slot, corner);
+                slot
+            });
+            let filling = GpuDrawnTriangle { slots, face: face.0, flat_slot: NONE };
+            self.drawn_triangles.set(self.drawn_triangles.len() as u32, filling);
+        }
+        self.filling = first..self.drawn_triangles.len() as u32;
+    }
+
+    /// The drawn triangles that fill faces.
+    pub(super) fn filling(&self) -> Range<u32> {
+        self.filling.clone()
+    }
+
+    /// Takes out what fills faces.
+    pub(super) fn drop_filling(&mut self) {
+        let filling = std::mem::take(&mut self.filling);
+        if let Some(first) = filling.clone().next() {
+            let slots = self.slots.len() - 3 * u64::from(filling.end - first);
+            self.slots.truncate(slots);
+            self.drawn_triangles.truncate(first.into());
+        }
     }
 
     pub(super) const fn max_value(&self) -> f32 {
@@ -231,6 +275,7 @@ impl LuminanceMesh {
     /// Takes a batch of changes in: slots, drawn triangles, then patches. Old triangles are read before they are overwritten.
     pub(super) fn apply(&mut self, update: &Update) -> Result<()> {
         self.sequence = update.sequence;
+        self.drop_filling();
         if self.needs_full {
             return self.take_over(update);
         }
@@ -261,8 +306,8 @@ impl LuminanceMesh {
             self.drawn_triangles.set(id.0, GpuDrawnTriangle::from(drawn));
         }
         for patch in &update.patches {
-            drawn_ids(update, &patch.old)?.iter().for_each(|id| self.state(id.0).drawn = false);
-            drawn_ids(update, &patch.new)?.iter().for_each(|id| self.state(id.0).drawn = true);
+            drawn_ids(update, &patch.old)?.iter().for_each(|id| self.set_drawn(id.0, patch.face, false));
+            drawn_ids(update, &patch.new)?.iter().for_each(|id| self.set_drawn(id.0, patch.face, true));
         }
         Ok(())
     }
@@ -280,6 +325,21 @@ impl LuminanceMesh {
             self.states.resize(index + 1, DrawnState::NONE);
         }
         &mut self.states[index]
+    }
+
+    /// Takes a drawn triangle of a face into the mesh, or out of it.
+    fn set_drawn(&mut self, drawn_id: u32, face: FaceId, drawn: bool) {
+        let before = std::mem::replace(&mut self.state(drawn_id).drawn, drawn);
+        let index = face.0 as usize;
+        if index >= self.of_face.len() {
+            self.of_face.resize(index + 1, 0);
+        }
+        let count = &mut self.of_face[index];
+        *count = match (before, drawn) {
+            (false, true) => *count + 1,
+            (true, false) => count.saturating_sub(1),
+            _ => *count,
+        };
     }
 
     fn define(&mut self, id: u32, drawn: GpuDrawnTriangle) {
@@ -322,12 +382,12 @@ impl LuminanceMesh {
             // What it marks is drawn only by this batch.
             self.start_batch();
         }
-        gone.iter().for_each(|id| self.state(id.0).drawn = false);
+        gone.iter().for_each(|id| self.set_drawn(id.0, patch.face, false));
         let serial = self.serial;
         let new = drawn_ids(update, &patch.new)?;
         for id in new {
-            let state = self.state(id.0);
-            (state.drawn, state.new_in) = (true, Some(serial));
+            self.set_drawn(id.0, patch.face, true);
+            self.state(id.0).new_in = Some(serial);
         }
         let batch = self.batch();
         let start = batch.new.len();

@@ -3,6 +3,7 @@
 use super::colouring::Projector;
 use super::frustum::{Frustum, Place};
 use super::mesh::{Batch, LuminanceMesh};
+use crate::scene::FaceId;
 use glam::Vec3;
 
 /// One draw, or a clear between draws. Ranges are (first triangle, triangles).
@@ -121,11 +122,10 @@ impl Visible<'_> {
         self.faces.get(mesh.drawn_triangles.get(drawn_id).face as usize).copied().unwrap_or(false)
     }
 
-    /// Whether every visible face has a drawn triangle among these.
-    fn all_are_covered(&self, mesh: &LuminanceMesh, drawn_triangles: &[u32]) -> bool {
-        let mut missing = self.faces.to_vec();
-        drawn_triangles.iter().for_each(|&id| missing[mesh.drawn_triangles.get(id).face as usize] = false);
-        !missing.contains(&true)
+    /// The visible faces of which nothing is drawn.
+    pub(super) fn uncovered(&self, mesh: &LuminanceMesh) -> impl Iterator<Item = FaceId> {
+        let visible = (0..).zip(self.faces).filter(|(_, visible)| **visible);
+        visible.map(|(face, _)| FaceId(face)).filter(|&face| !mesh.covers(face))
     }
 
     pub(super) fn goes_by_id(&self, mesh: &LuminanceMesh, drawn_id: u32) -> bool {
@@ -166,13 +166,13 @@ impl Clipping<'_> {
 }
 
 impl Plan {
-    /// Every drawn triangle of a visible face that is part of the mesh and of which the frustum holds a part.
+    /// Every drawn triangle of a visible face that is part of the mesh, or fills the face, and of which the frustum holds a part.
     pub(super) fn full(mesh: &LuminanceMesh, visible: &Visible<'_>, clipping: &Clipping<'_>) -> Self {
         let mut plan = Self { clear: true, ..Self::default() };
         // By id, so that equal depths resolve alike however the set came about.
-        let shown: Vec<u32> = mesh.drawn().filter(|&id| visible.shows(mesh, id)).collect();
+        let shown: Vec<u32> = mesh.drawn().filter(|&id| visible.shows(mesh, id)).chain(mesh.filling()).collect();
         let drawn_triangles = clipping.clipped_last(mesh, &shown);
-        if visible.all_are_covered(mesh, &shown) {
+        if visible.uncovered(mesh).count() == mesh.filling().len() {
             plan.split_by_id(mesh, visible, drawn_triangles, |drawn_triangles, on_face| Step::Full {
                 drawn_triangles,
                 on_face,
@@ -187,8 +187,12 @@ impl Plan {
     }
 
     /// Every pixel of a visible face with drawn triangles, looked up.
-    pub(super) fn full_lookup() -> Self {
-        Self { clear: true, steps: vec![Step::Lookup { drawn_triangles: (0, 0) }, Step::Background], ..Self::default() }
+    pub(super) fn full_lookup(mesh: &LuminanceMesh) -> Self {
+        let mut plan = Self { clear: true, steps: vec![Step::Lookup { drawn_triangles: (0, 0) }], ..Self::default() };
+        let drawn_triangles = plan.extend(mesh.filling());
+        plan.draw(drawn_triangles, Step::Full { drawn_triangles, on_face: true });
+        plan.steps.push(Step::Background);
+        plan
     }
 
     /// Drawn triangles of patches where nothing was drawn yet: there is nothing to compare with.

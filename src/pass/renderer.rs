@@ -5,6 +5,7 @@ use super::combine::Combine;
 use super::counters::Counters;
 use super::device_array::DeviceArray;
 use super::frustum::{Frustum, Place};
+use super::light_volume::Look;
 use super::lookup::Lookup;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
@@ -73,6 +74,10 @@ pub struct Renderer {
     pub(super) visible: Vec<bool>,
     /// Where each triangle lay in the view frustum then.
     pub(super) places: Vec<Place>,
+    /// Size of the scene, scene units.
+    pub(super) extent: f32,
+    /// By triangle, once faces are filled.
+    pub(super) looks: Option<Vec<Look>>,
     /// What stored D and S are multiplied by to fit half range.
     pub(super) luminance_scale: f32,
     /// What it was made for.
@@ -121,6 +126,8 @@ impl Renderer {
             face_ids: Vec::new(),
             visible: Vec::new(),
             places: Vec::new(),
+            extent: 1.0,
+            looks: None,
             luminance_scale: 1.0,
             depth_left_by: None,
             lookup: None,
@@ -162,6 +169,8 @@ impl Renderer {
     pub fn load(&mut self, scene: &Scene) -> Result<()> {
         self.scene = SceneBuffers::new(&self.device, &mut self.commands, scene)?;
         self.mesh = LuminanceMesh::new(&self.device)?;
+        self.extent = scene.scale();
+        self.looks = None;
         let looks_up = self.options.modes.contains(&UpdateMode::Lookup);
         self.lookup = looks_up.then(|| Lookup::new(&self.device, scene)).transpose()?;
         self.visible.clear();

@@ -29,6 +29,6 @@ impl Engine {
         self.image.replace(&mut self.view.leaves[leaf.node].accounted, None);
         self.forget_inside(leaf.node);
         let face = self.cache.topology.nodes[leaf.node].face;
-        self.waiting.extend(self.cache.root_of(face));
+        self.waiting.add(self.cache.root_of(face));
     }
 }

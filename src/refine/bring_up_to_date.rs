@@ -87,7 +87,7 @@ impl Engine {
         if !self.is_complete() {
             return;
         }
-        let mut roots = std::mem::take(&mut self.waiting);
+        let mut roots = self.waiting.take(usize::MAX);
         roots.retain(|&root| self.is_face_in_view(root));
         roots.sort_unstable();
         roots.dedup();

@@ -12,12 +12,13 @@ use super::pixel_lists::FaceImage;
 use super::predictions::Predictions;
 use super::publisher::{Publisher, Values};
 use super::reflectances::Reflectances;
+use super::roots::Roots;
 use super::rounds::Rounds;
 use super::scheduler::Scheduler;
 use super::update::{DrawnPixels, EngineStats, Update};
 use super::view::ViewState;
 use super::workers::{Workers, job_nanoseconds, thread_nanoseconds};
-use crate::cache::ids::{NodeId, SlotId, VertexId};
+use crate::cache::ids::{SlotId, VertexId};
 use crate::cache::store::Cache;
 use crate::cache::weld::Weld;
 use crate::geom::bvh::Bvh;
@@ -86,9 +87,9 @@ pub struct Engine {
     /// Vertices taken for enclosed by other geometry because no light was found there: only as long as the lights stay.
     pub(super) enclosed: Vec<VertexId>,
     /// Roots of faces that came into view while vertices waited to be visited: nothing is queued of them yet.
-    pub(super) waiting: Vec<NodeId>,
+    pub(super) waiting: Roots,
     /// Roots of faces that left the view and are still to be taken out of it.
-    pub(super) leaving: Vec<NodeId>,
+    pub(super) leaving: Roots,
     /// Indirect light that is being gathered.
     pub(super) rounds: Option<Rounds>,
     pub(super) stats: EngineStats,
@@ -149,8 +150,8 @@ impl Engine {
             publisher: Publisher::default(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),
             enclosed: Vec::new(),
-            waiting: Vec::new(),
-            leaving: Vec::new(),
+            waiting: Roots::default(),
+            leaving: Roots::default(),
             stats: EngineStats::default(),
             rounds: None,
             born: OwnClock::now(),

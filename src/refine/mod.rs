@@ -26,6 +26,7 @@ mod publisher;
 pub mod reflectances;
 mod relight;
 pub mod replay;
+mod roots;
 mod rounds;
 pub mod scheduler;
 mod smooth;

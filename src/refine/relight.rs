@@ -67,7 +67,7 @@ impl Engine {
         let leaves = self.view.visible_leaves(&self.cache);
         self.look_for_highlights(&leaves);
         self.account(&leaves);
-        self.waiting = self.view.faces.roots().collect();
+        self.waiting.add(self.view.faces.roots());
         self.queue_waiting();
     }
 

@@ -6,6 +6,7 @@ use super::update::Update;
 use super::workers::Workers;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
 use glam::Vec3;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
@@ -14,10 +15,8 @@ use std::time::Duration;
 /// What the frame loop asks of the engine.
 #[derive(Clone, Debug)]
 enum Command {
-    /// A new view.
-    View(Visible),
-    /// A new view in new light.
-    Relight(Vec<Vec3>, Visible),
+    /// A new view, in which the lights emit these factors times what the scene says.
+    View(Vec<Vec3>, Visible),
     /// One batch of at least this many rays.
     Step(u64),
     /// Everything that waits to be shown.
@@ -85,7 +84,7 @@ impl EngineThread {
             let Some(workers) = workers else { return };
             let mut engine = build(workers);
             let Ok(first) = inbox.recv() else { return };
-            if let Command::View(visible) | Command::Relight(_, visible) = &first {
+            if let Command::View(_, visible) = &first {
                 engine.create_faces(visible);
             }
             complete(&mut engine);
@@ -98,14 +97,10 @@ impl EngineThread {
         Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread), made })
     }
 
-    /// Sends a new view. A stopped engine is noticed by [`Self::drain`].
-    pub fn set_visible(&self, visible: Visible) {
-        self.send(Command::View(visible));
-    }
-
-    /// Sends a new view in which the lights emit `factors` times what the scene says ([`Engine::relight`]).
+    /// Sends a new view in which the lights emit `factors` times what the scene says ([`Engine::relight`]). At pace [`Pace::Free`] one
+    /// that the engine has not begun when the next comes is not answered. A stopped engine is noticed by [`Self::drain`].
     pub fn relight(&self, factors: Vec<Vec3>, visible: Visible) {
-        self.send(Command::Relight(factors, visible));
+        self.send(Command::View(factors, visible));
     }
 
     /// Asks for one batch of at least `rays` rays (pace [`Pace::Stepped`]); exactly one update answers.
@@ -169,39 +164,69 @@ impl Drop for EngineThread {
     }
 }
 
+/// Commands that wait, in their order.
+struct Queue<'a> {
+    inbox: &'a Receiver<Command>,
+    waiting: VecDeque<Command>,
+    /// Whether of views that wait only the newest is taken: a camera that moves faster than views are answered would leave the engine
+    /// ever further behind.
+    newest_view: bool,
+}
+
+/// Nobody gives commands any more.
+struct Abandoned;
+
+impl Queue<'_> {
+    /// The next command; if there is none, waits for one or returns nothing.
+    fn next(&mut self, waits: bool) -> Result<Option<Command>, Abandoned> {
+        if waits && self.waiting.is_empty() {
+            self.waiting.push_back(self.inbox.recv().map_err(|_| Abandoned)?);
+        }
+        loop {
+            match self.inbox.try_recv() {
+                Ok(command) => self.waiting.push_back(command),
+                Err(TryRecvError::Disconnected) if self.waiting.is_empty() => return Err(Abandoned),
+                Err(_) => break,
+            }
+        }
+        self.drop_superseded();
+        Ok(self.waiting.pop_front())
+    }
+
+    fn drop_superseded(&mut self) {
+        let views = self.waiting.iter().filter(|command| matches!(command, Command::View(..))).count();
+        let mut superseded = if self.newest_view { views.saturating_sub(1) } else { 0 };
+        self.waiting.retain(|command| {
+            let goes = superseded > 0 && matches!(command, Command::View(..));
+            superseded -= usize::from(goes);
+            !goes
+        });
+    }
+}
+
 /// Serves commands, from the first on, until their sender is gone; between them, works on (pace free) until nothing is left.
 fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Receiver<Command>, &Sender<Update>)) {
-    let (mut idle, mut first) = (true, Some(first));
+    let mut queue = Queue { inbox, waiting: VecDeque::from([first]), newest_view: pace != Pace::Stepped };
     let budget = match pace {
         Pace::Free(batch) => Budget::Time(batch),
         Pace::Stepped => Budget::Rays(1),
     };
+    // Whether a batch comes before the next command. One between any two, or views and counts that come fast would leave no time for work.
+    let mut works_first = false;
+    let mut idle = true;
     loop {
-        let command = if first.is_some() {
-            first.take()
-        } else if idle {
-            match inbox.recv() {
-                Ok(command) => Some(command),
-                Err(_) => return,
-            }
-        } else {
-            match inbox.try_recv() {
-                Ok(command) => Some(command),
-                Err(TryRecvError::Empty) => None,
-                Err(TryRecvError::Disconnected) => return,
-            }
-        };
+        let command = if std::mem::take(&mut works_first) && !idle { Ok(None) } else { queue.next(idle) };
+        let Ok(command) = command else { return };
         let update = match command {
-            Some(Command::View(visible)) => engine.set_visible(&visible),
-            Some(Command::Relight(factors, visible)) => engine.relight(&factors, &visible),
+            Some(Command::View(factors, visible)) => {
+                works_first = true;
+                engine.relight(&factors, &visible)
+            }
             Some(Command::Counted(counted)) => {
                 engine.counted(&counted);
                 idle = pace == Pace::Stepped || engine.is_idle();
-                if idle || counted.pixels.is_empty() {
-                    continue;
-                }
-                // A batch between any two counts, or counts that come fast would leave no time for work.
-                engine.step(budget)
+                works_first = !counted.pixels.is_empty();
+                continue;
             }
             Some(Command::Settle) => engine.settle(),
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
@@ -211,5 +236,37 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
         if outbox.send(update).is_err() {
             return;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view(generation: u32) -> Command {
+        Command::View(Vec::new(), Visible { generation, eye: Vec3::ZERO, image: None, faces: Vec::new() })
+    }
+
+    /// Generations of views, rays of steps and numbers of drawn updates, as they are served.
+    fn served(newest_view: bool) -> Vec<u64> {
+        let (commands, inbox) = unbounded();
+        let counted = Counted { generation: 1, sequence: 70, pixels: Vec::new() };
+        let sent = [view(1), Command::Step(50), view(2), Command::Counted(counted), view(3), Command::Step(60)];
+        sent.into_iter().for_each(|command| commands.send(command).unwrap());
+        drop(commands);
+        let mut queue = Queue { inbox: &inbox, waiting: VecDeque::new(), newest_view };
+        let number = |command| match command {
+            Command::View(_, visible) => visible.generation.into(),
+            Command::Step(rays) => rays,
+            Command::Counted(counted) => counted.sequence,
+            Command::Settle => 0,
+        };
+        std::iter::from_fn(|| queue.next(true).ok().flatten().map(number)).collect()
+    }
+
+    #[test]
+    fn views_that_a_later_one_supersedes_are_dropped_and_nothing_else_is() {
+        assert_eq!(served(true), [50, 70, 3, 60]);
+        assert_eq!(served(false), [1, 50, 2, 70, 3, 60]);
     }
 }

@@ -41,7 +41,7 @@ impl Engine {
         let FaceChanges { hidden, mut revealed } =
             self.view.faces.replace(&visible.faces, |face| cache.root(scene, weld, face));
         self.list_pixels(visible);
-        self.leaving.extend(hidden);
+        self.leaving.add(hidden);
         // S of what stays in view is right as long as the eye only turns; of what comes into view it is for another eye.
         let mut glossy = if turns { revealed.clone() } else { (0..self.view.faces.all().len()).collect() };
         if self.view.faces.share_of(&revealed) > ELSEWHERE {
@@ -91,13 +91,13 @@ impl Engine {
         self.publisher.note_changed(&slots);
         self.look_for_highlights(&leaves);
         self.account(&leaves);
-        self.waiting.extend(roots);
+        self.waiting.add(roots);
         slots
     }
 
     /// Takes faces that left the view out of it: a number of them, those that left first.
     pub(super) fn hide_leaving(&mut self, most: usize) {
-        let roots: Vec<NodeId> = self.leaving.drain(..most.min(self.leaving.len())).collect();
+        let roots = self.leaving.take(most);
         self.hide(&roots);
     }
 

@@ -23,6 +23,10 @@ pub struct FrameReport {
     pub combined: bool,
     /// Why the run, or the picture of a camera path, is to end with this frame; it then shows all that is known.
     pub ended_by: Option<EndedBy>,
+    /// Whether it made a picture with specular luminance of an earlier view.
+    pub stale_specular: bool,
+    /// Faces in it that show light of others near by until their own comes.
+    pub filled_faces: u64,
     /// The engine's updates that were taken in before it was drawn.
     pub updates: Vec<Update>,
 }
@@ -39,6 +43,8 @@ impl FrameReport {
             engine: self.engine,
             memory_mib: Some(memory as f64 / f64::from(1 << 20)),
             error,
+            stale_specular: self.stale_specular,
+            filled_faces: self.filled_faces,
         }
     }
 }

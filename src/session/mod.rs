@@ -17,6 +17,7 @@ pub mod pictures;
 mod recording;
 mod run_log;
 mod setup;
+mod specular_age;
 mod still;
 mod thread_times;
 mod totals;
@@ -28,7 +29,7 @@ pub use error_meter::ErrorMeter;
 pub use frame::FrameReport;
 pub use light_engine::{Batches, LightEngine, Pace};
 pub use observer::{Observer, Unobserved};
-pub use options::{Frames, Options, PixelCounts, Quality, Refinement, Thresholds, thread_count};
+pub use options::{Frames, Moves, Options, PixelCounts, Quality, Refinement, Thresholds, thread_count};
 pub use run_log::RunLog;
 pub use setup::{Gpu, Hierarchy, Opening, owned_engine};
 pub use still::Still;
@@ -36,6 +37,7 @@ pub use thread_times::thread_times;
 pub use totals::Totals;
 
 use crate::error::{Error, Result};
+use crate::log::summary::AheadPictures;
 use crate::pass::{FrameOptions, Renderer};
 use crate::refine::engine::Visible;
 use crate::refine::pixel_lists::FaceImage;
@@ -47,6 +49,7 @@ use clock::Clock;
 use counting::Counting;
 use glam::Vec3;
 use pictures::Picture;
+use specular_age::SpecularAge;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -76,8 +79,14 @@ pub struct Session {
     shot: Option<Shot>,
     /// Generation of the view that is looked at: 1 for the first.
     wanted: u32,
+    /// Generation of the view that was drawn last; 0 for none.
+    drawn: u32,
     /// Generation of the view that the engine's last update was for.
     generation: Option<u32>,
+    specular_age: SpecularAge,
+    /// Faces that show light of others near by since all was drawn last.
+    filled_faces: u64,
+    ahead: AheadPictures,
     /// What may be spent until the present picture is done.
     share: Budget,
     clock: Clock,
@@ -91,8 +100,8 @@ pub struct Session {
 /// What a turn of the loop took in.
 struct Turn {
     updates: Vec<Update>,
-    /// Whether there is a new view to draw.
-    moved: bool,
+    /// Whether the engine has taken in a new view.
+    answered: bool,
 }
 
 /// What a session looks at.
@@ -102,6 +111,8 @@ struct Shot {
     camera: Option<Camera>,
     /// Number of a picture of a camera path, and how many there are.
     of_path: Option<(u64, u64)>,
+    /// Whether any of it is glossy.
+    glossy: bool,
 }
 
 impl Session {
@@ -121,7 +132,11 @@ impl Session {
             levels: Levels::default(),
             shot: None,
             wanted: 0,
+            drawn: 0,
             generation: None,
+            specular_age: SpecularAge::default(),
+            filled_faces: 0,
+            ahead: AheadPictures::default(),
             clock: Clock::default(),
             frames: 0,
             stats: EngineStats::default(),
@@ -136,7 +151,7 @@ impl Session {
     pub fn show(&mut self, picture: &Picture) -> Result<()> {
         let view = self.scene.view(&picture.camera, self.options.size);
         let of_path = picture.on_path.then_some((picture.index, picture.of));
-        self.aim(Shot { view, camera: Some(picture.camera), of_path }, &picture.factors)
+        self.aim(Shot { view, camera: Some(picture.camera), of_path, glossy: false }, &picture.factors)
     }
 
     /// Points the camera; light that was found stays. The lights emit `factors` times what the scene says, in its order, all as
@@ -145,14 +160,15 @@ impl Session {
     /// # Errors
     /// [`Error::Exhausted`] when the device is lost or memory runs out.
     pub fn look(&mut self, view: &View, factors: &[Vec3]) -> Result<()> {
-        self.aim(Shot { view: *view, camera: None, of_path: None }, factors)
+        self.aim(Shot { view: *view, camera: None, of_path: None, glossy: false }, factors)
     }
 
     fn aim(&mut self, shot: Shot, factors: &[Vec3]) -> Result<()> {
         let (faces, image) = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
+        let glossy = faces.iter().any(|(face, _)| self.scene.material(face.triangle()).is_glossy());
         self.send_view(faces, image, factors);
         self.renderer.relight(factors)?;
-        self.shot = Some(shot);
+        self.shot = Some(Shot { glossy, ..shot });
         Ok(())
     }
 
@@ -164,8 +180,9 @@ impl Session {
     }
 
     /// One turn of the loop: takes the engine's updates, hands them to the renderer, draws a frame, tells the engine.
-    /// The first turn of a view waits for the update that shows all of it; others wait for fixed work, or until something arrives or
-    /// a picture is due. Can go on after [`FrameReport::ended_by`], which only says that a limit is reached.
+    /// The first turn of a view waits for the update that shows all of it, unless moves are drawn at once ([`Options::moves`]); others
+    /// wait for fixed work, or until something arrives or a picture is due. Can go on after [`FrameReport::ended_by`], which only says that a
+    /// limit is reached.
     ///
     /// # Errors
     /// [`Error::Usage`] before there was a view; [`Error::Exhausted`] when the device is lost or memory runs out;
@@ -174,12 +191,13 @@ impl Session {
         if self.shot.is_none() {
             return Err(Error::Usage("there is no view to draw".to_owned()));
         }
-        let Turn { mut updates, moved } = self.take_updates(observer)?;
+        let Turn { mut updates, answered } = self.take_updates(observer)?;
+        let moved = self.drawn != self.wanted;
         self.clock.frame_begins();
         let ended_by = self.ended_by(observer.interrupted());
-        // The last frame shows everything, whatever patches still wait; so do frames that are seldom.
+        // The last frame shows everything, whatever patches still wait; so do frames that are seldom, and the one with S of a new view.
         let wanted = ended_by.is_some() || observer.wants_picture(&self.stats);
-        let whole = moved || wanted || self.frames_come == Frames::Seldom;
+        let whole = moved || answered || wanted || self.frames_come == Frames::Seldom;
         if wanted && !moved {
             let settled = self.engine.settle()?;
             self.apply(&settled)?;
@@ -189,6 +207,9 @@ impl Session {
             || whole
             || matches!(self.frames_come, Frames::Every(time) if self.clock.picture_is_due(time));
         self.clock.drawing_begins();
+        if whole || self.renderer.must_draw_all(self.options.update) {
+            self.filled_faces = if self.is_answered() { 0 } else { self.renderer.fill_faces(&self.scene) as u64 };
+        }
         let passes = self.renderer.frame(&FrameOptions {
             colour: moved,
             full_luminance: whole,
@@ -199,13 +220,47 @@ impl Session {
         if self.frames_come == Frames::Seldom {
             self.renderer.draw_all_next();
         }
-        if let Some(generation) = self.generation {
-            self.counting.tell(&self.renderer, &mut self.engine, generation);
+        self.drawn = self.wanted;
+        if self.generation.is_some() {
+            self.counting.tell(&self.renderer, &mut self.engine, self.drawn);
         }
         let at = self.clock.frame_ends(combined, self.stats.complete);
         let frame = self.frames;
         self.frames += 1;
-        Ok(FrameReport { frame, at, camera_moved: moved, passes, engine: self.stats, combined, ended_by, updates })
+        let (engine, filled_faces) = (self.stats, self.filled_faces);
+        let stale_specular = combined && self.count_picture();
+        Ok(FrameReport {
+            frame,
+            at,
+            camera_moved: moved,
+            passes,
+            engine,
+            combined,
+            ended_by,
+            stale_specular,
+            filled_faces,
+            updates,
+        })
+    }
+
+    /// Counts a picture; whether it has S of an earlier view.
+    fn count_picture(&mut self) -> bool {
+        let is_stale = self.stale_specular().is_some();
+        self.specular_age.picture(self.drawn);
+        self.ahead.stale_specular += u64::from(is_stale);
+        self.ahead.filled += u64::from(self.filled_faces > 0);
+        is_stale
+    }
+
+    /// The earlier view that S of what is in view is for, by its generation; `None` if S is right.
+    fn stale_specular(&self) -> Option<u32> {
+        let is_glossy = self.shot.as_ref().is_some_and(|shot| shot.glossy);
+        self.generation.filter(|_| is_glossy && !self.is_answered())
+    }
+
+    /// Whether the engine has taken the present view in.
+    fn is_answered(&self) -> bool {
+        self.generation == Some(self.wanted)
     }
 
     /// Turns until the budget of the present view is spent, nothing is left to do, or the observer interrupts; tells it of each frame.
@@ -225,20 +280,35 @@ impl Session {
     /// Takes in the engine's updates until a frame is due.
     fn take_updates(&mut self, observer: &mut dyn Observer) -> Result<Turn> {
         let updates = match self.batches() {
-            _ if self.generation != Some(self.wanted) => self.view_arrives(observer)?,
+            _ if self.must_wait() => self.answer_arrives(observer)?,
             Some(batches) => self.fixed_work(&batches)?,
+            None if self.drawn != self.wanted => self.engine.arrived()?,
             None => self.arrived()?,
         };
-        let mut turn = Turn { moved: self.apply(&updates)?, updates };
+        let mut turn = Turn { answered: self.apply(&updates)?, updates };
         while self.batches().is_none()
-            && !(turn.moved && self.shows_light() || self.frame_is_due(observer.interrupted()))
+            && !(turn.answered && self.shows_light() || self.frame_is_due(observer.interrupted()))
         {
             observer.works(self.clock.since_first_frame(), &self.stats);
             let updates = self.arrived()?;
-            turn.moved |= self.apply(&updates)?;
+            turn.answered |= self.apply(&updates)?;
             turn.updates.extend(updates);
         }
         Ok(turn)
+    }
+
+    fn draws_at_once(&self) -> bool {
+        self.options.moves == Moves::AtOnce && self.batches().is_none()
+    }
+
+    /// Whether the next frame must not be drawn before the engine has answered: all of a view that is drawn only then, or S that is not
+    /// too old.
+    fn must_wait(&self) -> bool {
+        if self.draws_at_once() {
+            self.stale_specular().is_some_and(|of| self.specular_age.is_over(of))
+        } else {
+            !self.is_answered()
+        }
     }
 
     /// Whether a frame would show light; where frames are seldom, none is drawn before. Others show the bare geometry at once.
@@ -263,22 +333,27 @@ impl Session {
         }
     }
 
-    /// What is left of the view before, and the first update of a new one, which shows what came into it. The first view waits
-    /// until there is an engine; none comes if the observer breaks that off.
-    fn view_arrives(&mut self, observer: &mut dyn Observer) -> Result<Vec<Update>> {
+    /// What is left of the view before, and the first update of a new one, which shows what came into it; where moves are drawn at once, of
+    /// one with S that is not too old. The first view waits until there is an engine; none comes if the observer breaks that off.
+    fn answer_arrives(&mut self, observer: &mut dyn Observer) -> Result<Vec<Update>> {
         let start = Instant::now();
         let mut updates: Vec<Update> = Vec::new();
         loop {
             updates.extend(self.engine.wait_for(TICK));
             updates.extend(self.engine.arrived()?);
             let broken_off = observer.interrupted() && self.generation.is_none();
-            if updates.last().is_some_and(|update| update.generation == self.wanted) || broken_off {
+            if updates.last().is_some_and(|update| self.is_recent(update.generation)) || broken_off {
                 return Ok(updates);
             }
             if self.generation.is_none() {
                 observer.waits(start.elapsed());
             }
         }
+    }
+
+    /// Whether the answer to a view is what [`Self::must_wait`] waits for.
+    fn is_recent(&self, generation: u32) -> bool {
+        generation == self.wanted || self.draws_at_once() && !self.specular_age.is_over(generation)
     }
 
     /// Lockstep: a fixed amount of work.
@@ -293,7 +368,8 @@ impl Session {
     /// What has arrived; waits for something, at most until the next picture is due.
     fn arrived(&mut self) -> Result<Vec<Update>> {
         let mut updates: Vec<Update> = Vec::new();
-        if !self.stats.converged && !self.renderer.has_pending() {
+        let is_done = self.is_answered() && self.stats.converged;
+        if !is_done && !self.renderer.has_pending() {
             let most = match self.frames_come {
                 Frames::Every(time) => self.clock.until_picture(time),
                 Frames::Seldom => TICK,
@@ -304,14 +380,13 @@ impl Session {
         Ok(updates)
     }
 
-    /// Hands updates to the renderer; whether there is a new view to draw.
+    /// Hands updates to the renderer; whether the engine has taken in a new view.
     fn apply(&mut self, updates: &[Update]) -> Result<bool> {
-        // Broken off before there was an engine: bare geometry is drawn.
-        let mut moved = self.generation.is_none() && updates.is_empty();
+        let mut answered = false;
         for update in updates {
             if self.generation != Some(update.generation) {
                 self.generation = Some(update.generation);
-                moved = true;
+                answered = true;
             }
             self.stats = update.stats;
             if self.stats.rays > 0 || self.stats.complete {
@@ -320,10 +395,10 @@ impl Session {
             self.levels.apply(update);
             self.renderer.apply(update)?;
         }
-        if moved {
+        if answered {
             self.share_budget();
         }
-        Ok(moved)
+        Ok(answered)
     }
 
     fn share_budget(&mut self) {
@@ -346,6 +421,10 @@ impl Session {
     fn ended_by(&self, interrupted: bool) -> Option<EndedBy> {
         if interrupted {
             return Some(EndedBy::Interrupted);
+        }
+        // Until then, what is spent tells of the view before.
+        if !self.is_answered() {
+            return None;
         }
         let on_path = self.shot.as_ref().is_some_and(|shot| shot.of_path.is_some());
         if on_path && !self.stats.complete { None } else { self.share.ended_by(&self.spent()) }
@@ -377,6 +456,6 @@ impl Session {
     /// Whether the engine has nothing to do until it hears more: of an owned one as it stands, of one on a thread by its last update.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.engine.is_idle().unwrap_or(self.stats.converged)
+        self.engine.is_idle().unwrap_or(self.is_answered() && self.stats.converged)
     }
 }

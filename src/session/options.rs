@@ -37,6 +37,8 @@ pub struct Options {
     pub depth_order: DepthOrder,
     /// How the pixels of drawn triangles are counted.
     pub pixel_counts: PixelCounts,
+    /// When the first frame of a new view is drawn.
+    pub moves: Moves,
     /// Time between two frames that make a picture while the camera is still; `None` as [`Self::frames_on`] the device.
     pub refresh: Option<Duration>,
     /// Sub-pixel redraws that a written image is the mean of, ≥ 1: what any of them sees is lit.
@@ -67,6 +69,7 @@ impl Default for Options {
             depth_format: None,
             depth_order: DepthOrder::default(),
             pixel_counts: PixelCounts::default(),
+            moves: Moves::default(),
             refresh: None,
             redraws: 1,
             budget: Budget::default().or_error(Quality::default().error()),
@@ -180,6 +183,17 @@ pub enum Frames {
     Seldom,
 }
 
+/// When the first frame of a new view is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Moves {
+    /// Once the engine has answered: it shows all of the view.
+    #[default]
+    WhenAnswered,
+    /// At once, where the engine works at a free pace on a thread of its own: exact geometry in the light that the device has. Faces that
+    /// nothing is known of show light of others near by, and highlights lag by two pictures at most.
+    AtOnce,
+}
+
 /// How the pixels of drawn triangles are counted, which steers refinement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PixelCounts {
@@ -257,7 +271,8 @@ impl Options {
     /// Whether nothing but the eye misses frames that are not drawn.
     fn needs_no_frames(&self) -> bool {
         let draws_count = matches!(self.pixel_counts, PixelCounts::Query | PixelCounts::Atomic);
-        self.pace == Pace::Free && self.budget.frames.is_none() && !draws_count
+        let somebody_looks = self.moves == Moves::AtOnce;
+        self.pace == Pace::Free && self.budget.frames.is_none() && !draws_count && !somebody_looks
     }
 
     /// What the renderer is made with on a device: `id` is what the stencil modes fall back to.
@@ -319,6 +334,7 @@ mod tests {
         use PixelCounts::{Atomic, Image, Off, Query};
         assert_eq!([Image, Query, Atomic, Off].map(|how| of(how, None, Pace::Free)), [true, false, false, true]);
         assert!(!of(Image, Some(9), Pace::Free) && !of(Image, None, Pace::Fixed(Batches::A_FRAME)));
+        assert!(!Options { moves: Moves::AtOnce, ..Options::default() }.needs_no_frames());
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::clock::Moment;
 use super::{EndedBy, Session};
+use crate::log::summary::AheadPictures;
 use crate::refine::update::EngineStats;
 use std::time::Duration;
 
@@ -10,6 +11,8 @@ use std::time::Duration;
 pub struct Totals {
     /// Frames drawn.
     pub frames: u64,
+    /// Pictures made before the engine had answered.
+    pub ahead: AheadPictures,
     /// The engine's totals as the last of them shows them.
     pub engine: EngineStats,
     /// When the first picture was made.
@@ -30,6 +33,7 @@ impl Session {
     pub fn totals(&self) -> Totals {
         Totals {
             frames: self.frames,
+            ahead: self.ahead,
             engine: self.stats,
             first_picture: self.clock.first_picture,
             lit_picture: self.clock.lit_picture,

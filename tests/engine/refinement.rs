@@ -365,7 +365,7 @@ fn a_waiting_engine_can_be_dropped() {
     let build = move |_| engine_with(scene, 1, options);
     let thread = EngineThread::spawn(pace, crew, build, |_| {}).expect("thread");
     let faces = front(&ids).iter().map(|&f| (f, 1_000_000)).collect();
-    thread.set_visible(Visible { generation: 1, eye: Vec3::Y, image: None, faces });
+    thread.relight(Vec::new(), Visible { generation: 1, eye: Vec3::Y, image: None, faces });
     std::thread::sleep(std::time::Duration::from_millis(600));
     let waiting = thread.drain().expect("alive").len();
     assert!((2..=65).contains(&waiting), "{waiting} updates waited");

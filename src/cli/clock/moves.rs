@@ -1,4 +1,4 @@
-//! What a camera move costs while the engine works.
+//! What a camera move costs while the engine works: drawn at once, as for somebody who walks, not when the engine has answered.
 
 use crate::bench::walk::walk;
 use crate::cli::args::clock::ClockArgs;
@@ -6,10 +6,11 @@ use crate::cli::interrupt::{Signals, requested};
 use crate::error::Result;
 use crate::geom::bvh::Bvh;
 use crate::pass::FrameStats;
+use crate::refine::update::EngineStats;
 use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::session::pictures::{Picture, Pictures};
-use crate::session::{Budget, FrameReport, Opening, Options};
+use crate::session::{Budget, FrameReport, Moves, Opening, Options};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -18,17 +19,18 @@ use std::time::{Duration, Instant};
 pub struct Move {
     /// CPU milliseconds of the engine for the new view, all threads.
     pub engine_ms: f64,
-    /// Milliseconds of the device for the frame that shows it, the sum of its passes; `None` where the device does not tell.
+    /// Milliseconds of the device for its first frame, the sum of its passes; `None` where the device does not tell.
     pub device_ms: Option<f64>,
-    /// Wall-clock milliseconds from the move to its picture.
+    /// Wall-clock milliseconds from the move to its first picture.
     pub wall_ms: f64,
 }
 
 impl Move {
-    fn new(report: &FrameReport, wall: Duration) -> Self {
+    /// By its first frame, and by what the engine has spent on the view once it has answered.
+    fn new(report: &FrameReport, wall: Duration, answered: &EngineStats) -> Self {
         const MS: f64 = 1e3;
         Self {
-            engine_ms: report.engine.view_cpu_seconds * MS,
+            engine_ms: answered.view_cpu_seconds * MS,
             device_ms: device_ms(&report.passes),
             wall_ms: wall.as_secs_f64() * MS,
         }
@@ -80,6 +82,7 @@ impl Walk {
             device: args.device.device.clone(),
             threads: args.cpu.threads,
             seed,
+            moves: Moves::AtOnce,
             budget: Budget { rays: Some(args.rays), ..Budget::default() },
             ..Options::default()
         };
@@ -90,10 +93,11 @@ impl Walk {
             let start = Instant::now();
             session.show(picture)?;
             let report = session.step(&mut Signals)?;
-            moves.push(Move::new(&report, start.elapsed()));
+            let wall = start.elapsed();
             if report.ended_by.is_none() {
                 session.run(&mut Signals)?;
             }
+            moves.push(Move::new(&report, wall, &session.totals().engine));
             if !goes_on(picture) || requested() {
                 return Ok(None);
             }

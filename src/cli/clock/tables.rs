@@ -64,7 +64,7 @@ pub fn text(document: &Document) -> String {
     text += &format!("\n## Memory\n\n{whole}\nBytes a leaf are the light engine's, all of them.\n\n");
     text += &memory_table(scenes()).text();
     text += &format!(
-        "\n## Camera moves\n\nMilliseconds of a move while the engine works: {width}x{height}, {} rays shared out among the pictures.\n\n",
+        "\n## Camera moves\n\nMilliseconds of a move, drawn at once while the engine works: {width}x{height}, {} rays shared out among the pictures.\n\n",
         document.rays
     );
     text + &move_table(scenes()).text()
