@@ -53,6 +53,7 @@ impl ViewArgs {
             pace: if self.headless { Pace::Fixed(batches) } else { Pace::Free },
             refinement: self.refinement.options(true),
             update: self.update,
+            moves: Moves::AtOnce,
             // Every frame that is drawn is shown, and drawn when it is to be shown.
             refresh: Some(Duration::ZERO),
             budget: Budget::default(),

@@ -15,6 +15,7 @@ use super::reflectances::Reflectances;
 use super::roots::Roots;
 use super::rounds::Rounds;
 use super::scheduler::Scheduler;
+use super::smooth::Smoothing;
 use super::update::{DrawnPixels, EngineStats, Update};
 use super::view::ViewState;
 use super::workers::{Workers, job_nanoseconds, thread_nanoseconds};
@@ -93,6 +94,7 @@ pub struct Engine {
     /// Indirect light that is being gathered.
     pub(super) rounds: Option<Rounds>,
     pub(super) stats: EngineStats,
+    pub(super) smoothing: Smoothing,
     /// Clocks of the engine's own thread when it was made.
     born: OwnClock,
 }
@@ -153,6 +155,7 @@ impl Engine {
             waiting: Roots::default(),
             leaving: Roots::default(),
             stats: EngineStats::default(),
+            smoothing: Smoothing::default(),
             rounds: None,
             born: OwnClock::now(),
             bvh: Arc::new(Bvh::build(&Scene::default())),
@@ -199,7 +202,8 @@ impl Engine {
         if self.is_idle() {
             self.look_again();
         }
-        self.publish()
+        let smoothed = self.smooth_in_time();
+        self.publish_with(&smoothed)
     }
 
     /// Brings up to date what waits to be shown: predictions. Returns what changed since the last update.
@@ -209,9 +213,15 @@ impl Engine {
             self.refresh_waiting_predictions();
         }
         let smoothed = self.smooth();
-        let mut update = self.publish();
-        self.publish_values(&mut update, &smoothed);
+        let mut update = self.publish_with(&smoothed);
         update.settled = true;
+        update
+    }
+
+    /// The update with everything that changed since the last, and slots that show something else.
+    fn publish_with(&mut self, slots: &[SlotId]) -> Update {
+        let mut update = self.publish();
+        self.publish_values(&mut update, slots);
         update
     }
 

@@ -35,6 +35,7 @@ impl Engine {
 
     fn move_to(&mut self, visible: &Visible) {
         self.checks.forget();
+        self.smoothing.start_anew(self.stats.rays);
         let turns = self.view.eye == visible.eye;
         (self.view.eye, self.view.image) = (visible.eye, visible.image.as_ref().map(|image| image.view));
         let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);

@@ -53,6 +53,6 @@ impl Session {
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
     pub fn look_through(&mut self, camera: &Camera, factors: &[Vec3]) -> Result<()> {
         let view = self.scene.view(camera, self.options.size);
-        self.aim(super::Shot { view, camera: Some(*camera), of_path: None }, factors)
+        self.aim(super::Shot { view, camera: Some(*camera), of_path: None, glossy: false }, factors)
     }
 }

@@ -2,7 +2,7 @@
 
 use super::Session;
 use super::light_engine::{LightEngine, Pace};
-use super::options::{Frames, Options, thread_count};
+use super::options::{Frames, Moves, Options, thread_count};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::geom::tree::{Primitives, Tree};
@@ -161,8 +161,15 @@ fn engine_thread(
         Pace::Free => ThreadPace::Free(BATCH_OF_SELDOM_FRAMES),
         Pace::Fixed(_) => ThreadPace::Stepped,
     };
+    let is_watched = beside_frames || options.moves == Moves::AtOnce;
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
-    let build = move |workers| Engine::without_hierarchy(scene, workers, options);
+    let build = move |workers| {
+        let mut engine = Engine::without_hierarchy(scene, workers, options);
+        if is_watched {
+            engine.smooth_frames();
+        }
+        engine
+    };
     let complete = move |engine: &mut Engine| engine.take_hierarchy(hierarchy);
     EngineThread::spawn(pace, crew, build, complete).map_err(|e| no_threads(&e))
 }
