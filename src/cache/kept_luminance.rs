@@ -1,7 +1,23 @@
 //! Luminance of a slot in 64 bits: what is shown and predicted from, not what estimates are added up in.
 
-use super::slot::Luminance;
 use crate::math::shared_exponent::SharedExponent;
+use glam::Vec3;
+
+/// Diffuse luminance at a slot, from the lights or from everything else.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Luminance {
+    /// Diffuse luminance D, W·sr⁻¹·m⁻².
+    pub diffuse: Vec3,
+    /// Variance of the luminance of D, (W·sr⁻¹·m⁻²)².
+    pub variance: f32,
+    /// Whether there is a value at all.
+    pub known: bool,
+    /// Whether it is a guess, from before the lights changed or from coarser vertices: to be shown, but not to be
+    /// computed with.
+    pub stale: bool,
+    /// Whether it is what coarser base vertices predict.
+    pub coarse: bool,
+}
 
 /// D, to 6·10⁻⁵ of its brightest channel at most: a hundredth of what a picture shows of it.
 type Diffuse = SharedExponent<14>;
@@ -49,7 +65,6 @@ fn shortened(variance: f32) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::Vec3;
 
     fn kept(diffuse: Vec3, variance: f32) -> Luminance {
         KeptLuminance::new(Luminance { diffuse, variance, ..Luminance::default() }).get()

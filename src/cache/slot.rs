@@ -7,6 +7,8 @@ use super::sparse::Sparse;
 use crate::math::unit_vector::UnitVector;
 use glam::Vec3;
 
+pub use super::kept_luminance::Luminance;
+
 /// Weight of a covered vertex in interpolation. Not 0, so that a triangle whose vertices are all covered still shows
 /// what they know; beside a valid vertex it does not count. The luminance pass relies on it (`LEAST_WEIGHT`): larger
 /// than what extrapolation by a raster step can make of 0.
@@ -43,22 +45,6 @@ const MATT: f32 = -1.0;
 pub const INSIDE: u8 = 8;
 /// Rank of base vertices that are not in the order yet.
 const UNPLACED: u8 = INSIDE - 1;
-
-/// Diffuse luminance at a slot, from the lights or from everything else.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Luminance {
-    /// Diffuse luminance D, W·sr⁻¹·m⁻².
-    pub diffuse: Vec3,
-    /// Variance of the luminance of D, (W·sr⁻¹·m⁻²)².
-    pub variance: f32,
-    /// Whether there is a value at all.
-    pub known: bool,
-    /// Whether it is a guess, from before the lights changed or from coarser vertices: to be shown, but not to be
-    /// computed with.
-    pub stale: bool,
-    /// Whether it is what coarser base vertices predict.
-    pub coarse: bool,
-}
 
 /// Specular luminance S at a slot for one eye, W·sr⁻¹·m⁻².
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

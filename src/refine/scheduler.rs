@@ -288,6 +288,24 @@ mod tests {
     }
 
     #[test]
+    fn an_entry_tells_its_key_and_its_task() {
+        for id in [0, 1, 77_777, 600_000_000] {
+            let (node, vertex) = (NodeId(id), VertexId(id));
+            let of_nodes =
+                [Task::Split, Task::SamplePixel, Task::RefineIndirect, Task::CheckPixels].map(|task| task(node));
+            let of_vertices = [Task::TraceDeferred, Task::DoublePoints, Task::Gather].map(|task| task(vertex));
+            for task in of_nodes.into_iter().chain(of_vertices) {
+                for key in [f32::from_bits(1), 1e-30, 0.3, 1e30, f32::INFINITY] {
+                    let entry = Entry::new(key, task);
+                    assert_eq!((entry.key(), entry.task()), (key, task));
+                }
+            }
+        }
+        let (low, high) = (Entry::new(0.5, Task::Split(NodeId(9))), Entry::new(2.0, Task::Split(NodeId(9))));
+        assert!(low < high && high < Entry::new(2.0, Task::Split(NodeId(8))));
+    }
+
+    #[test]
     fn the_greatest_key_comes_first_and_of_equals_the_lower_number() {
         let mut scheduler = Scheduler::default();
         for (key, vertex) in [(1.0, 1), (3.0, 4), (0.0, 3), (3.0, 2), (f32::NAN, 5)] {

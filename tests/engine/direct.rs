@@ -20,6 +20,9 @@ fn irradiances(mirror: &Mirror, triangles: &[TriangleId]) -> Vec<(Vec3, Vec3)> {
     faces.flat_map(|f| mirror.face(f)).map(|slot| (slot.position, slot.diffuse * PI)).collect()
 }
 
+/// To what part of its brightest channel a slot keeps D.
+const KEPT: f32 = 7e-5;
+
 fn close(a: f32, b: f32, relative: f32) -> bool {
     (a - b).abs() <= relative * b.abs().max(1e-6)
 }
@@ -33,7 +36,7 @@ fn point_light_over_a_plane() {
     for (p, e) in irradiances(&mirror, &ids) {
         let (h, r2) = (1.5_f32, (p.x - 0.3).powi(2) + (p.z + 0.2).powi(2));
         let expected = h / (h * h + r2).powf(1.5);
-        assert!(close(e.x, 5.0 * expected, 1e-5) && close(e.z, expected, 1e-5), "{p}: {e} {expected}");
+        assert!(close(e.x, 5.0 * expected, KEPT) && close(e.z, expected, 5.0 * KEPT), "{p}: {e} {expected}");
     }
     // The other side of the floor sees nothing.
     for &t in &ids {
@@ -63,7 +66,7 @@ fn spot_light_falls_off_between_its_angles() {
         let cosine = 2.0 / d2.sqrt();
         let t = ((cosine - outer.cos()) / (inner.cos() - outer.cos())).clamp(0.0, 1.0);
         let expected = 4.0 / d2 * cosine * t * t * (3.0 - 2.0 * t);
-        assert!((e.x - expected).abs() < 1e-5, "{p}: {e} {expected}");
+        assert!((e.x - expected).abs() < 1e-5 + KEPT * expected, "{p}: {e} {expected}");
         match t {
             1.0 => full += 1,
             0.0 => dark += 1,
@@ -87,10 +90,10 @@ fn directional_light_follows_the_cosine_and_casts_a_shadow() {
     for (p, e) in irradiances(&mirror, &ids) {
         let shadowed = p.x > -0.9 && p.x < 1.1;
         let expected = if shadowed { 0.0 } else { 2.0 * 0.5_f32.sqrt() };
-        assert!((e.x - expected).abs() < 1e-5, "{p}: {e} {expected}");
+        assert!((e.x - expected).abs() < 1e-5 + KEPT * expected, "{p}: {e} {expected}");
     }
     let above: Vec<FaceId> = blocker.iter().map(|&t| FaceId::new(t, true)).collect();
-    assert!(above.iter().flat_map(|&f| mirror.face(f)).all(|s| close(s.diffuse.x * PI, 2.0 * 0.5_f32.sqrt(), 1e-5)));
+    assert!(above.iter().flat_map(|&f| mirror.face(f)).all(|s| close(s.diffuse.x * PI, 2.0 * 0.5_f32.sqrt(), KEPT)));
 }
 
 /// E/(πL) of a lamp at a small receiver, from the mean over seeds, with the standard error of that mean.

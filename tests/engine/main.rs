@@ -10,6 +10,7 @@ mod hidden_lights;
 mod indirect;
 mod indirect_cornell;
 mod large_leaves;
+mod memory;
 mod moving_camera;
 mod penumbrae;
 mod pixel_vertices;

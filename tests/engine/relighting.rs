@@ -145,7 +145,9 @@ fn a_common_factor_scales_indirect_light() {
     assert_eq!(mirror.last.stats.rays, rays);
     for (key, [diffuse, _]) in shown(&mirror) {
         let expected = before[&key][0] * factor;
-        assert!((diffuse - expected).abs().max_element() <= 1e-5 * expected.max_element(), "{diffuse} {expected}");
+        // A slot keeps D to 6·10⁻⁵, and so do those that predict it; before and after.
+        let kept = 4.0 * 6.2e-5 * expected.max_element();
+        assert!((diffuse - expected).abs().max_element() <= kept, "{diffuse} {expected}");
     }
 }
 
