@@ -3,7 +3,6 @@
 
 use super::frustum::Frustum;
 use super::occlusion::Occlusion;
-use super::plan::ShownFaces;
 use super::raster::Raster;
 use super::renderer::Renderer;
 use super::scene_buffers::OnHost;
@@ -37,14 +36,6 @@ impl Renderer {
             masked: vec![(first + opaque_count, masked_count)],
             over_occluders,
         })
-    }
-
-    /// Where each face shows, for the host to tell what does not.
-    pub(super) fn shown_faces(&self) -> Option<ShownFaces<'_>> {
-        let on_host = self.scene.on_host.as_ref().filter(|_| self.options.culls_on_host)?;
-        let (face_ids, width) = (&self.face_ids, self.targets.size.width as usize);
-        let is_of_view = self.targets.size.pixels() == face_ids.len();
-        is_of_view.then(|| ShownFaces { raster: self.raster(on_host), face_ids, width })
     }
 
     /// Remembers what covers most of the image: it is likely to hide much of the next.
@@ -100,7 +91,7 @@ impl Renderer {
         occlusion: Option<&'a Occlusion<'a>>,
     ) -> Survivors<'a> {
         let (triangles, positions) = (&self.scene.order, &on_host.positions);
-        Survivors { frustum, raster, occlusion, triangles, positions }
+        Survivors { frustum, raster, occlusion, triangles, positions, visible: &self.visible }
     }
 
     fn record_visibility(&mut self, draws: &VisibilityDraws) -> Result<()> {

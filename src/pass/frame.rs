@@ -138,7 +138,7 @@ impl Renderer {
             let patches = self.mesh.take_full();
             let looks_up = mode == UpdateMode::Lookup && self.lookup.is_some();
             let frustum = Frustum::new(&self.view, self.jitter);
-            let clipping = Clipping { frustum: &frustum, places: &self.places, shown: self.shown_faces() };
+            let clipping = Clipping { frustum: &frustum, places: &self.places };
             let plan = if looks_up { Plan::full_lookup() } else { Plan::full(&self.mesh, &visible, &clipping) };
             return (plan, patches);
         }

@@ -76,7 +76,7 @@ mod tests {
         };
         let wall = vec![0.1 / 4.0; 400];
         assert!(hides(&wall, -4.01));
-        assert!(!hides(&wall, -3.99));
+        assert!(!hides(&wall, -3.9));
         let mut hole = wall.clone();
         hole[0] = 0.0;
         assert!(hides(&hole, -4.01), "not where the triangle is");

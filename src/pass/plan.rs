@@ -3,7 +3,6 @@
 use super::colouring::Projector;
 use super::frustum::{Frustum, Place};
 use super::mesh::{Batch, LuminanceMesh};
-use super::raster::Raster;
 use glam::Vec3;
 
 /// One draw, or a clear between draws. Ranges are (first triangle, triangles).
@@ -134,31 +133,11 @@ impl Visible<'_> {
     }
 }
 
-/// Which drawn triangles the view frustum clips, and which cannot show.
+/// Which drawn triangles the view frustum clips.
 pub(super) struct Clipping<'a> {
     pub frustum: &'a Frustum,
     /// Where each triangle of the scene lies, as far as is known.
     pub places: &'a [Place],
-    /// Where each face shows, where the host leaves out what does not.
-    pub shown: Option<ShownFaces<'a>>,
-}
-
-/// The image of face ids.
-pub(super) struct ShownFaces<'a> {
-    pub raster: Raster,
-    /// Face of each pixel plus 1, row by row.
-    pub face_ids: &'a [u32],
-    /// Pixels of a row.
-    pub width: usize,
-}
-
-impl ShownFaces<'_> {
-    /// Whether a drawn triangle may cover a pixel of its face: what lies between pixel centres does not, nor what others hide.
-    fn may_show(&self, mesh: &LuminanceMesh, drawn_id: u32) -> bool {
-        let face_id = mesh.drawn_triangles.get(drawn_id).face + 1;
-        let footprint = self.raster.footprint(mesh.corners(drawn_id).map(|p| self.raster.project(p)));
-        footprint.is_none_or(|footprint| footprint.any(|x, y, _| self.face_ids[y * self.width + x] == face_id))
-    }
 }
 
 impl Clipping<'_> {
@@ -170,13 +149,12 @@ impl Clipping<'_> {
         }
     }
 
-    /// Without those that cannot show; what has to be clipped comes last, since it slows its neighbours down (docs/lavapipe.md).
+    /// Without those that lie outside; what has to be clipped comes last, since it slows its neighbours down (docs/lavapipe.md).
     fn clipped_last(&self, mesh: &LuminanceMesh, drawn_triangles: &[u32]) -> Vec<u32> {
         let mut ordered = Vec::with_capacity(drawn_triangles.len());
         let mut clipped = Vec::new();
         for &id in drawn_triangles {
             match self.place(mesh, id) {
-                Place::Inside if self.shown.as_ref().is_some_and(|shown| !shown.may_show(mesh, id)) => {}
                 Place::Inside => ordered.push(id),
                 Place::Crossing => clipped.push(id),
                 Place::Outside => {}

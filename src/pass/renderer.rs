@@ -68,7 +68,7 @@ pub struct Renderer {
     /// Width of the square that textures are filtered over, pixels.
     pub(super) filter_width: f32,
     /// Face of each pixel plus 1 when visibility was last drawn.
-    pub(super) face_ids: Vec<u32>,
+    face_ids: Vec<u32>,
     /// Whether each face had pixels when visibility was last drawn.
     pub(super) visible: Vec<bool>,
     /// Where each triangle lay in the view frustum then.

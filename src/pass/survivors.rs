@@ -23,6 +23,8 @@ pub(super) struct Survivors<'a> {
     pub triangles: &'a [GpuVisibilityTriangle],
     /// Positions of the scene's vertices.
     pub positions: &'a [Vec3],
+    /// Whether each face had pixels in the picture before: it most likely has some again, and is not looked at.
+    pub visible: &'a [bool],
 }
 
 /// Vertices that were projected last, by their lowest bits: neighbours in drawing order share them.
@@ -105,7 +107,7 @@ impl Survivors<'_> {
 
     /// Whether a triangle that needs no clipping may cover a pixel centre and be nearer than what is there.
     fn may_show(&self, triangle: GpuVisibilityTriangle, vertices: &mut Projections<'_>) -> bool {
-        let Some(raster) = self.raster else { return true };
+        let Some(raster) = self.raster.filter(|_| !self.was_visible(triangle)) else { return true };
         let Some(footprint) = raster.footprint(triangle.corners.map(|corner| vertices.at(raster, corner))) else {
             return true;
         };
@@ -113,6 +115,11 @@ impl Survivors<'_> {
             Some(occlusion) => !occlusion.hides(&footprint),
             None => footprint.any(|_, _, _| true),
         }
+    }
+
+    fn was_visible(&self, triangle: GpuVisibilityTriangle) -> bool {
+        let front = 2 * triangle.id as usize;
+        self.visible.get(front..front + 2).is_some_and(|faces| faces[0] || faces[1])
     }
 
     fn projections(&self) -> Projections<'_> {
@@ -150,6 +157,7 @@ mod tests {
             occlusion: None,
             triangles: &triangles,
             positions: &positions,
+            visible: &[],
         };
         let place = |id: &u32| frustum.place_triangle(of(&triangles[*id as usize]));
         let may_show: Vec<u32> = (0..triangles.len() as u32).filter(|id| place(id) != Place::Outside).collect();
