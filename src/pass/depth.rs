@@ -142,6 +142,11 @@ impl Depth {
         }
     }
 
+    /// Whether the host can read it as it is: reversed, a float.
+    pub(super) const fn is_reversed_float(self) -> bool {
+        matches!((self.order, self.format), (DepthOrder::Reversed, Format::D32_SFLOAT_S8_UINT))
+    }
+
     /// 1 if greater depth is nearer, else −1.
     pub(super) const fn towards_the_eye(self) -> f32 {
         match self.order {

@@ -20,6 +20,9 @@ pub struct RendererOptions {
     /// Whether shaders read the scene and the light as texels, where the device can view them whole, and not by device address:
     /// faster on a CPU (docs/lavapipe.md).
     pub texel_buffers: bool,
+    /// Whether the host leaves out triangles inside the view frustum that cannot show, and looks at depth for it in the middle of a
+    /// visibility pass: only where the device is a CPU, too.
+    pub culls_on_host: bool,
 }
 
 impl RendererOptions {
@@ -30,8 +33,15 @@ impl RendererOptions {
     pub fn new(device: &Device) -> Result<Self> {
         let depth = Depth::new(device, None, DepthOrder::default())?;
         let modes = vec![UpdateMode::Stencil, UpdateMode::Id];
-        let texel_buffers = device.report().is_cpu();
-        Ok(Self { depth, modes, count_writes: false, atomic_counts: false, texel_buffers })
+        let is_cpu = device.report().is_cpu();
+        Ok(Self {
+            depth,
+            modes,
+            count_writes: false,
+            atomic_counts: false,
+            texel_buffers: is_cpu,
+            culls_on_host: is_cpu,
+        })
     }
 
     /// Values of the specialisation constants that all shaders share.

@@ -60,6 +60,10 @@ impl ReadBack {
         pass.copy_image(&targets.ids, &self.buffer, 0);
     }
 
+    pub(super) fn record_depth<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
+        pass.copy_depth(&targets.visibility_depth, &self.buffer, 0);
+    }
+
     pub(super) fn record_drawn_ids<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) {
         pass.copy_image(&targets.drawn_ids, &self.buffer, 0);
     }
@@ -110,6 +114,11 @@ impl ReadBack {
 
     /// What [`Self::record_ids`] or [`Self::record_drawn_ids`] copied.
     pub(super) fn ids(&self) -> Result<&[u32]> {
+        self.buffer.view(0, self.pixels)
+    }
+
+    /// What [`Self::record_depth`] copied.
+    pub(super) fn depth(&self) -> Result<&[f32]> {
         self.buffer.view(0, self.pixels)
     }
 

@@ -20,7 +20,7 @@ use super::visibility::{Visibility, count_pixels};
 use crate::error::Result;
 use crate::refine::update::{DrawnPixels, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
-use crate::scene::{FaceId, Scene};
+use crate::scene::{FaceId, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
 use crate::vk::timestamp::PassTimes;
 use crate::vk::{Bindings, Buffer, Commands, Device, Image, OcclusionQueries};
@@ -78,6 +78,10 @@ pub struct Renderer {
     pub(super) extent: f32,
     /// By triangle, once faces are filled.
     pub(super) looks: Option<Vec<Look>>,
+    /// What covered most of the image then.
+    pub(super) occluders: Vec<TriangleId>,
+    /// Triangles that were drawn for it.
+    pub(super) visibility_triangles: u32,
     /// What stored D and S are multiplied by to fit half range.
     pub(super) luminance_scale: f32,
     /// What it was made for.
@@ -128,6 +132,8 @@ impl Renderer {
             places: Vec::new(),
             extent: 1.0,
             looks: None,
+            occluders: Vec::new(),
+            visibility_triangles: 0,
             luminance_scale: 1.0,
             depth_left_by: None,
             lookup: None,
@@ -175,6 +181,7 @@ impl Renderer {
         self.lookup = looks_up.then(|| Lookup::new(&self.device, scene)).transpose()?;
         self.visible.clear();
         self.places.clear();
+        self.occluders.clear();
         self.face_ids.clear();
         self.bind_texel_buffers()
     }
@@ -226,13 +233,7 @@ impl Renderer {
     pub fn visibility(&mut self) -> Result<Vec<(FaceId, u32)>> {
         self.send_uniform(None)?;
         let frustum = Frustum::new(&self.view, self.jitter);
-        let draws = self.scene.draws(&frustum, &self.device, &mut self.commands)?;
-        let Self { commands, passes, bindings, targets, scene, read_back, .. } = self;
-        let mut recording = commands.begin()?;
-        recording.pass("visibility", |pass| passes.visibility.record(pass, bindings, targets, scene, &draws));
-        recording.pass("readback", |pass| read_back.record_ids(pass, targets));
-        let times = recording.submit()?;
-        self.times.extend(times);
+        self.draw_visibility(&frustum)?;
         let faces = 2 * self.scene.by_id.len();
         self.face_ids.clear();
         self.face_ids.extend_from_slice(self.read_back.ids()?);
@@ -241,7 +242,14 @@ impl Renderer {
         self.visible.clear();
         self.visible.resize(faces, false);
         counts.iter().for_each(|(face, _)| self.visible[face.0 as usize] = true);
+        self.choose_occluders(&counts);
         Ok(counts)
+    }
+
+    /// Triangles that [`Self::visibility`] last drew, but for those that share a plane; occluders count twice.
+    #[must_use]
+    pub const fn visibility_triangles(&self) -> u32 {
+        self.visibility_triangles
     }
 
     /// The face of each pixel, plus 1, as [`Self::visibility`] last saw them; 0 where there is none.

@@ -2,13 +2,13 @@
 
 use super::clusters::{Clusters, curve};
 use super::coplanar;
-use super::crossing::Crossing;
 use super::frustum::{Bounds, Frustum, Place};
 use super::lit_materials::LitMaterials;
-use super::shared::{GpuMaterial, GpuTriangle, GpuVisibilityTriangle};
+use super::shared::{GpuMaterial, GpuTriangle, GpuVisibilityTriangle, NONE};
+use super::survivors::Survivors;
 use super::texture_maps::TextureMaps;
 use crate::error::Result;
-use crate::scene::texture::Texture;
+use crate::scene::texture::{SRGB, Texture};
 use crate::scene::{EmissionSide, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
 use crate::vk::{Buffer, Commands, Device};
@@ -34,10 +34,10 @@ pub(super) struct SceneBuffers {
     /// Vertex colours, where the scene has any.
     pub colours: Option<Buffer>,
     /// Triangles that go by their own depth, in drawing order; the device's buffer has room for them twice where the host tells
-    /// apart what is clipped.
-    order: Vec<GpuVisibilityTriangle>,
-    /// Positions on the host, there alone.
-    positions_on_host: Option<Vec<Vec3>>,
+    /// them apart.
+    pub order: Vec<GpuVisibilityTriangle>,
+    /// What it needs for that, there alone.
+    pub on_host: Option<OnHost>,
     /// Triangles without mask, drawn first.
     opaque: Clusters,
     /// Triangles with one, after them.
@@ -51,6 +51,25 @@ pub(super) struct SceneBuffers {
     pub emits_back: bool,
 }
 
+/// What the host needs to tell triangles apart.
+pub(super) struct OnHost {
+    /// Positions of the vertices.
+    pub positions: Vec<Vec3>,
+    /// Their largest coordinates.
+    pub reach: Vec3,
+    /// Where each triangle without mask is in drawing order, [`NONE`] for others.
+    pub place: Vec<u32>,
+}
+
+impl OnHost {
+    fn new(scene: &Scene, drawn: &[GpuVisibilityTriangle], opaque_count: usize) -> Self {
+        let mut place = vec![NONE; scene.triangles.len()];
+        (0..).zip(&drawn[..opaque_count]).for_each(|(at, triangle)| place[triangle.id as usize] = at);
+        let reach = scene.positions.iter().fold(Vec3::ZERO, |most, p| most.max(p.abs()));
+        Self { positions: scene.positions.clone(), reach, place }
+    }
+}
+
 impl SceneBuffers {
     pub(super) fn new(device: &Device, commands: &mut Commands, scene: &Scene) -> Result<Self> {
         let (drawn, opaque_count) = drawing_order(scene);
@@ -58,8 +77,8 @@ impl SceneBuffers {
         let maps = TextureMaps::new(scene)?;
         let (lit, of_triangle) = LitMaterials::new(scene, &maps);
         let materials = lit.lit(&[]);
-        let clips_slowly = device.report().is_cpu();
-        let room = size_of_val(drawn.as_slice()) as u64 * if clips_slowly { 2 } else { 1 };
+        let is_cpu = device.report().is_cpu();
+        let room = size_of_val(drawn.as_slice()) as u64 * if is_cpu { 2 } else { 1 };
         let mut visibility_triangles = Buffer::new(device, "visibility triangles", room, BufferUse::Static)?;
         commands.upload(device, &mut visibility_triangles, 0, &drawn)?;
         let mut fill = |name, data: &[u8]| filled(device, commands, name, data);
@@ -73,9 +92,9 @@ impl SceneBuffers {
             coplanar: fill("coplanar faces", bytemuck::cast_slice(&coplanar))?,
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
             textures: fill("textures", bytemuck::cast_slice(&maps.headers))?,
-            texels: Buffer::new(device, "texels", 4 * maps.texels, BufferUse::Static)?,
+            texels: Buffer::new(device, "texels", 4 * maps.words, BufferUse::Static)?,
             visibility_triangles,
-            positions_on_host: clips_slowly.then(|| scene.positions.clone()),
+            on_host: is_cpu.then(|| OnHost::new(scene, &drawn, opaque_count)),
             opaque: Clusters::new(0, &corners(scene, &drawn[..opaque_count])),
             masked: Clusters::new(opaque_count as u32, &corners(scene, &drawn[opaque_count..])),
             order: drawn,
@@ -97,21 +116,25 @@ impl SceneBuffers {
     }
 
     /// Draws of what the frustum may hold: triangles without mask, then those with one.
-    pub(super) fn draws(
+    pub(super) fn draws(&self, frustum: &Frustum) -> [Vec<(u32, u32)>; 2] {
+        [&self.opaque, &self.masked].map(|all| all.draws(frustum, &[Place::Inside, Place::Crossing]))
+    }
+
+    /// The same, triangle by triangle.
+    pub(super) fn survivors(&self, survivors: &Survivors<'_>) -> [Vec<GpuVisibilityTriangle>; 2] {
+        [&self.opaque, &self.masked].map(|all| survivors.of(all))
+    }
+
+    /// Sends triangles that are drawn in place of those before; returns the number of the first.
+    pub(super) fn send_survivors(
         &mut self,
-        frustum: &Frustum,
         device: &Device,
         commands: &mut Commands,
-    ) -> Result<[Vec<(u32, u32)>; 2]> {
-        let Some(positions) = &self.positions_on_host else {
-            return Ok([&self.opaque, &self.masked].map(|all| all.draws(frustum, &[Place::Inside, Place::Crossing])));
-        };
-        let crossing = Crossing { frustum, triangles: &self.order, positions };
-        let mut copies = Vec::new();
-        let draws = [&self.opaque, &self.masked].map(|all| crossing.draws(all, &mut copies));
+        survivors: &[GpuVisibilityTriangle],
+    ) -> Result<u32> {
         let end = size_of_val(self.order.as_slice()) as u64;
-        commands.upload(device, &mut self.visibility_triangles, end, &copies)?;
-        Ok(draws)
+        commands.upload(device, &mut self.visibility_triangles, end, survivors)?;
+        Ok(self.order.len() as u32)
     }
 
     /// Where each triangle lies in a frustum, as far as its cluster tells.
@@ -123,8 +146,9 @@ impl SceneBuffers {
         places
     }
 
-    /// Writes the mip chains.
+    /// Writes the table of sRGB codes and the mip chains.
     fn with_texels(mut self, device: &Device, commands: &mut Commands, textures: &[Texture]) -> Result<Self> {
+        commands.upload(device, &mut self.texels, 0, SRGB.as_slice())?;
         for (texture, first) in textures.iter().zip(&self.maps.first) {
             commands.upload(device, &mut self.texels, 4 * first, texture.texels())?;
         }

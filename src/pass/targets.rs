@@ -40,18 +40,20 @@ pub(super) struct Targets {
 impl Targets {
     pub(super) fn new(device: &Device, commands: &mut Commands, size: ImageSize, depth: Depth) -> Result<Self> {
         let extent = Extent2D { width: size.width, height: size.height };
+        // Not elsewhere: hardware may then keep it in a slower form.
+        let copied = device.report().is_cpu();
         let colour = |name| Image::colour(device, name, extent, COLOUR_FORMAT);
         let targets = Self {
             size,
             ids: Image::colour(device, "face ids", extent, ID_FORMAT)?,
-            visibility_depth: Image::depth_stencil(device, "visibility depth", extent, depth.format)?,
+            visibility_depth: Image::depth_stencil(device, "visibility depth", extent, depth.format, copied)?,
             kd: colour("k_d")?,
             ks: colour("k_s")?,
             emission: colour("L_e")?,
             diffuse: colour("D")?,
             specular: colour("S")?,
             drawn_ids: Image::colour(device, "drawn ids", extent, ID_FORMAT)?,
-            luminance_depth: Image::depth_stencil(device, "luminance depth", extent, depth.format)?,
+            luminance_depth: Image::depth_stencil(device, "luminance depth", extent, depth.format, false)?,
             display: Arc::new(Image::colour(device, "display", extent, DISPLAY_FORMAT)?),
             linear: Image::colour(device, "linear", extent, LINEAR_FORMAT)?,
             filled_diffuse: colour("D filled")?,

@@ -6,6 +6,8 @@ use crate::scene::Scene;
 use crate::scene::material::TextureMap;
 use crate::scene::texture::{Encoding, Texture, Wrap};
 
+/// Words before the first texel: linear values of the 256 sRGB codes.
+pub(super) const TABLE: u64 = 256;
 /// Most texels of a scene: shaders take their indices as signed.
 const MAX_TEXELS: u64 = 1 << 31;
 
@@ -17,8 +19,8 @@ pub(super) struct TextureMaps {
     pub headers: Vec<GpuTexture>,
     /// Index of the first texel of each texture.
     pub first: Vec<u64>,
-    /// Texels of all textures.
-    pub texels: u64,
+    /// Words before the texels, and texels of all textures.
+    pub words: u64,
     /// Largest value of a channel of each entry.
     peaks: Vec<f32>,
 }
@@ -26,15 +28,15 @@ pub(super) struct TextureMaps {
 impl TextureMaps {
     /// The maps of a scene's materials.
     pub(super) fn new(scene: &Scene) -> Result<Self> {
-        let mut all = Self::default();
+        let mut all = Self { words: TABLE, ..Self::default() };
         for texture in &scene.textures {
-            all.first.push(all.texels);
-            all.texels += texture.texels().len() as u64;
+            all.first.push(all.words);
+            all.words += texture.texels().len() as u64;
         }
-        if all.texels > MAX_TEXELS {
+        if all.words > MAX_TEXELS {
             return Err(Error::Exhausted(format!(
                 "the textures hold {} million texels together, and 2147 million are the most: make them smaller",
-                all.texels / 1_000_000
+                all.words / 1_000_000
             )));
         }
         let used = scene.materials.iter().flat_map(|m| [&m.map_kd, &m.map_ke, &m.map_d]).flatten();

@@ -19,6 +19,24 @@ pub(super) struct Visibility {
     depth: Depth,
 }
 
+/// What the pass draws, as (first triangle, triangles).
+pub(super) struct VisibilityDraws {
+    /// Triangles without mask.
+    pub opaque: Vec<(u32, u32)>,
+    /// Triangles with one.
+    pub masked: Vec<(u32, u32)>,
+    /// Whether occluders are there already. They are among what is drawn without mask, which then comes in reverse order, and of what is
+    /// equally near the last is seen: as if all had been drawn in order, and the first seen.
+    pub over_occluders: bool,
+}
+
+impl VisibilityDraws {
+    /// Triangles that it draws.
+    pub(super) fn triangles(&self) -> u32 {
+        self.opaque.iter().chain(&self.masked).map(|(_, count)| count).sum()
+    }
+}
+
 impl Visibility {
     pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
         let depth = options.depth;
@@ -48,7 +66,22 @@ impl Visibility {
         })
     }
 
-    /// Draws what the frustum may hold, triangles without mask first so that the others are mostly hidden by depth; last what shares a plane, of
+    /// Draws what may hide most of the rest: triangles without mask.
+    pub(super) fn record_occluders<'a>(
+        &'a self,
+        pass: &Pass<'a>,
+        bindings: &'a Bindings,
+        targets: &'a Targets,
+        (first, count): (u32, u32),
+    ) {
+        pass.render(&[&targets.ids], Some(&targets.visibility_depth), Load::Clear(self.depth.infinity()), |draws| {
+            draws.bind(&self.opaque, bindings);
+            draws.depth_stencil(self.depth.nearer());
+            draws.triangles(first, count);
+        });
+    }
+
+    /// Draws what may show, triangles without mask first so that the others are mostly hidden by depth; last what shares a plane, of
     /// which the order decides.
     pub(super) fn record<'a>(
         &'a self,
@@ -56,14 +89,16 @@ impl Visibility {
         bindings: &'a Bindings,
         targets: &'a Targets,
         scene: &SceneBuffers,
-        [opaque, masked]: &[Vec<(u32, u32)>; 2],
+        VisibilityDraws { opaque, masked, over_occluders }: &VisibilityDraws,
     ) {
-        pass.render(&[&targets.ids], Some(&targets.visibility_depth), Load::Clear(self.depth.infinity()), |draws| {
+        let load = if *over_occluders { Load::Keep } else { Load::Clear(self.depth.infinity()) };
+        pass.render(&[&targets.ids], Some(&targets.visibility_depth), load, |draws| {
             draws.bind(&self.opaque, bindings);
-            draws.depth_stencil(self.depth.nearer());
+            draws.depth_stencil(if *over_occluders { self.depth.nearer_or_later() } else { self.depth.nearer() });
             opaque.iter().for_each(|&(first, count)| draws.triangles(first, count));
             if !masked.is_empty() {
                 draws.bind(&self.masked, bindings);
+                draws.depth_stencil(self.depth.nearer());
                 masked.iter().for_each(|&(first, count)| draws.triangles(first, count));
             }
             if scene.coplanar_count > 0 {

@@ -55,6 +55,7 @@ impl Renderer {
         let size = self.targets.size;
         self.load(&scene)?;
         self.set_view(&scene.view(&scene.cameras[0].camera, size), Vec2::ZERO);
+        self.visibility()?; // without occluders, then with those that it found
         let visible: Vec<FaceId> = self.visibility()?.iter().map(|&(face, _)| face).collect();
         let (combine, update_mode) = (Some(Display::default()), UpdateMode::Full);
         let full = FrameOptions { full_luminance: true, colour: true, combine, update_mode, queries: 0 };

@@ -34,7 +34,7 @@ pub(super) fn srgb_code(linear: f32) -> u8 {
 }
 
 /// Linear values of the 256 sRGB codes.
-pub(super) static SRGB: LazyLock<[f32; 256]> =
+pub(crate) static SRGB: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|i| srgb_to_linear(i as f32 / 255.0)));
 
 /// sRGB codes of 4096 linear values; next to black, where the curve is steepest, a step is 12.92·255/4095 = 0.8 codes.

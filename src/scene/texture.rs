@@ -1,9 +1,10 @@
 //! Textures: texels of four bytes, sampled on the CPU by the rule that the colour pass follows too.
 
 use super::mipmap;
-use super::texel::{SRGB, of_shared_exponent, of_srgb};
+use super::texel::{of_shared_exponent, of_srgb};
 use glam::{Vec2, Vec3};
 
+pub(crate) use super::texel::SRGB;
 pub use super::texel::{Encoding, srgb_to_linear};
 
 /// Most levels that a mip chain has.

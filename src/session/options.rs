@@ -283,13 +283,7 @@ impl Options {
         let depth = Depth::new(device, self.depth_format, self.depth_order)?;
         let modes = if self.update == UpdateMode::Id { vec![self.update] } else { vec![self.update, UpdateMode::Id] };
         let atomic_counts = self.pixel_counts == PixelCounts::Atomic;
-        Ok(RendererOptions {
-            depth,
-            modes,
-            count_writes: false,
-            atomic_counts,
-            texel_buffers: device.report().is_cpu(),
-        })
+        Ok(RendererOptions { depth, modes, atomic_counts, ..RendererOptions::new(device)? })
     }
 }
 

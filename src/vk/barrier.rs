@@ -22,12 +22,23 @@ pub(super) fn full(device: &ash::Device, commands: vk::CommandBuffer) {
 
 /// Moves a new image to the one layout it keeps; its contents become undefined.
 pub(super) fn first_use(device: &ash::Device, commands: vk::CommandBuffer, image: &Image) {
+    change_layout(device, commands, image, [vk::ImageLayout::UNDEFINED, image.layout()]);
+}
+
+/// Moves an image from one layout to another, after everything before and before everything after.
+pub(super) fn change_layout(
+    device: &ash::Device,
+    commands: vk::CommandBuffer,
+    image: &Image,
+    [from, to]: [vk::ImageLayout; 2],
+) {
     let barrier = vk::ImageMemoryBarrier2::default()
         .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
+        .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
         .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
         .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
-        .old_layout(vk::ImageLayout::UNDEFINED)
-        .new_layout(image.layout())
+        .old_layout(from)
+        .new_layout(to)
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .image(image.raw)

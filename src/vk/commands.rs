@@ -289,12 +289,30 @@ impl<'a> Pass<'a> {
 
     /// Copies a whole colour image to a buffer, rows tightly packed, at `offset` bytes.
     pub fn copy_image(&self, from: &'a Image, to: &'a Buffer, offset: u64) {
-        let layers = vk::ImageSubresourceLayers::default().aspect_mask(vk::ImageAspectFlags::COLOR).layer_count(1);
+        self.copy_aspect(from, vk::ImageAspectFlags::COLOR, from.layout(), (to, offset));
+    }
+
+    /// Copies the depth of an image that was made for it likewise.
+    pub fn copy_depth(&self, from: &'a Image, to: &'a Buffer, offset: u64) {
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        barrier::change_layout(self.raw, self.buffer, from, [from.layout(), layout]);
+        self.copy_aspect(from, vk::ImageAspectFlags::DEPTH, layout, (to, offset));
+        barrier::change_layout(self.raw, self.buffer, from, [layout, from.layout()]);
+    }
+
+    fn copy_aspect(
+        &self,
+        from: &'a Image,
+        aspect: vk::ImageAspectFlags,
+        layout: vk::ImageLayout,
+        (to, offset): (&'a Buffer, u64),
+    ) {
+        let layers = vk::ImageSubresourceLayers::default().aspect_mask(aspect).layer_count(1);
         let extent = vk::Extent3D { width: from.size.width, height: from.size.height, depth: 1 };
         let region =
             vk::BufferImageCopy::default().buffer_offset(offset).image_subresource(layers).image_extent(extent);
         // SAFETY: both outlive the recording by `'a`; the image is in its layout, outside a rendering scope.
-        unsafe { self.raw.cmd_copy_image_to_buffer(self.buffer, from.raw, from.layout(), to.raw, &[region]) };
+        unsafe { self.raw.cmd_copy_image_to_buffer(self.buffer, from.raw, layout, to.raw, &[region]) };
     }
 
     fn copy_buffer(&self, from: &Buffer, to: &Buffer, offset: u64, size: u64) {

@@ -39,13 +39,19 @@ impl Image {
         Self::new(device, name, size, format, usage)
     }
 
-    /// A depth image, with stencil where the format has it.
+    /// A depth image, with stencil where the format has it; `copied`: [`super::Pass::copy_depth`] may read it.
     ///
     /// # Errors
     /// [`Error::Exhausted`] when memory runs out, [`Error::Usage`] for a size that the device does not allow.
-    pub fn depth_stencil(device: &Device, name: &str, size: vk::Extent2D, format: vk::Format) -> Result<Self> {
-        let usage = vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT;
-        Self::new(device, name, size, format, usage)
+    pub fn depth_stencil(
+        device: &Device,
+        name: &str,
+        size: vk::Extent2D,
+        format: vk::Format,
+        copied: bool,
+    ) -> Result<Self> {
+        let copy = if copied { vk::ImageUsageFlags::TRANSFER_SRC } else { vk::ImageUsageFlags::empty() };
+        Self::new(device, name, size, format, vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT | copy)
     }
 
     fn new(

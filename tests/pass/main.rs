@@ -6,6 +6,7 @@ mod support;
 mod colour;
 mod combine;
 mod counts;
+mod culling;
 mod device;
 mod frame;
 mod luminance;
