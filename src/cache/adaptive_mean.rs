@@ -5,17 +5,19 @@
 //! many, at an edge of few; as rays grow in number the intervals shrink and with them the neighbourhoods, so that in the limit
 //! nothing is smoothed away. The constants are chosen by the errors in docs/notebook/pieces.md.
 
-use super::sample_tree::{Found, SampleTree};
+use super::sample_tree::{Place, SampleTree};
 use crate::estimate::light_vector::MOST_TURNING;
 use crate::math::luminance;
 use glam::Vec3;
+use smallvec::SmallVec;
 
 /// Half the width of a confidence interval, in standard deviations.
 const CONFIDENCE: f32 = 1.4;
 /// Samples of the largest neighbourhood.
 const MOST: usize = 32;
-/// Samples that a place without its own is interpolated between.
+/// Samples that a place without its own is interpolated between, and those near a group of places that these are chosen from.
 const AROUND: usize = 12;
+const NEAR_GROUP: usize = 24;
 /// What a difference of normals counts for in neighbourhoods, and where places lie between samples: distances against the scene's
 /// scale for a difference of length 1.
 const NORMALS_OF_MEAN: f32 = 0.15;
@@ -54,7 +56,7 @@ impl<'a> AdaptiveMeans<'a> {
     /// Of samples in a scene of this scale; `None` without any.
     #[must_use]
     pub fn new(samples: &'a [Sample], scale: f32) -> Option<Self> {
-        let places = || samples.iter().map(|sample| (sample.position, sample.normal));
+        let places = || samples.iter().map(Sample::place);
         let tree = |normals: f32| SampleTree::new(places(), normals * scale);
         Some(Self { samples, near: tree(NORMALS_OF_MEAN)?, between: tree(NORMALS_BETWEEN)?, far: FAR * scale })
     }
@@ -63,28 +65,35 @@ impl<'a> AdaptiveMeans<'a> {
     #[must_use]
     pub fn of(&self, index: usize) -> Vec3 {
         let own = &self.samples[index];
-        let near: Vec<&Sample> = self.near.nearest(own.position, own.normal, MOST).map(|n| self.sample(n)).collect();
+        let near = self.near.nearest(own.place(), MOST);
+        let near: Vec<&Sample> = near.map(|number| &self.samples[number]).collect();
         let is_related = |other: &&&Sample| own.is_of_one_surface(other);
         let related: Vec<&Sample> = near.iter().filter(is_related).copied().collect();
         largest_that_agrees(own, &related)
     }
 
-    /// D between samples that show `means`, in their order, W·sr⁻¹·m⁻²: weighted by the inverse square of the distance;
-    /// `None` far from all of them.
+    /// D at places near each other, between samples that show `means`, in their order, W·sr⁻¹·m⁻²; `None` far from all of them.
     #[must_use]
-    pub fn between(&self, position: Vec3, normal: Vec3, means: &[Vec3]) -> Option<Vec3> {
+    pub fn between(&self, places: &[Place], means: &[Vec3]) -> Vec<Option<Vec3>> {
+        let sum = |a: Place, b: &Place| (a.0 + b.0, a.1 + b.1);
+        let (position, normal) = places.iter().fold((Vec3::ZERO, Vec3::ZERO), sum);
+        let middle = (position / places.len().max(1) as f32, normal.normalize_or(Vec3::Y));
+        let near: Vec<usize> = self.between.nearest(middle, NEAR_GROUP).collect();
+        places.iter().map(|&place| self.interpolated(place, &near, means)).collect()
+    }
+
+    /// D at a place between the nearest of some samples, weighted by the inverse square of the distance.
+    fn interpolated(&self, place: Place, near: &[usize], means: &[Vec3]) -> Option<Vec3> {
+        let distance = |&number: &usize| (self.between.squared_distance(place, self.samples[number].place()), number);
+        let mut near: SmallVec<[(f32, usize); NEAR_GROUP]> = near.iter().map(distance).collect();
+        near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let (mut sum, mut total) = (Vec3::ZERO, 0.0);
-        let is_near = |found: &Found| found.squared_distance <= self.far * self.far;
-        for found in self.between.nearest(position, normal, AROUND).take_while(is_near) {
-            let weight = 1.0 / found.squared_distance.max(f32::MIN_POSITIVE.sqrt());
-            sum += means[found.index] * (weight * self.sample(found).turning(normal));
+        for &(squared, number) in near.iter().take(AROUND).take_while(|near| near.0 <= self.far * self.far) {
+            let weight = 1.0 / squared.max(f32::MIN_POSITIVE.sqrt());
+            sum += means[number] * (weight * self.samples[number].turning(place.1));
             total += weight;
         }
         (total > 0.0).then(|| sum / total)
-    }
-
-    fn sample(&self, found: Found) -> &Sample {
-        &self.samples[found.index]
     }
 }
 
@@ -111,6 +120,10 @@ fn largest_that_agrees(own: &Sample, near: &[&Sample]) -> Vec3 {
 }
 
 impl Sample {
+    const fn place(&self) -> Place {
+        (self.position, self.normal)
+    }
+
     /// How much more light falls on a surface turned to `normal`, a ratio.
     fn turning(&self, normal: Vec3) -> f32 {
         (1.0 + self.gradient.dot(normal)).clamp(0.0, MOST_TURNING)
@@ -199,11 +212,15 @@ mod tests {
         let samples = plane(0.0, slope);
         let shown: Vec<Vec3> = samples.iter().map(|s| s.diffuse).collect();
         let means = AdaptiveMeans::new(&samples, 1.0).expect("samples");
-        let between = means.between(Vec3::new(0.515, 0.0, 0.485), Vec3::Y, &shown).expect("near");
+        let at = |position: Vec3| means.between(&[(position, Vec3::Y)], &shown)[0];
+        let between = at(Vec3::new(0.515, 0.0, 0.485)).expect("near");
         assert!((between.x - 1.515).abs() < 0.02, "{between}");
-        let at_one = means.between(samples[40].position, Vec3::Y, &shown).expect("near");
-        assert!((at_one - shown[40]).length() < 1e-3, "{at_one}");
-        assert!(means.between(Vec3::Y * 0.2, Vec3::Y, &shown).is_none());
+        assert!((at(samples[40].position).expect("near") - shown[40]).length() < 1e-3, "at a sample");
+        assert!(at(Vec3::Y * 0.2).is_none());
+        let together: Vec<_> = (0..8).map(|i| (Vec3::new(0.5 + i as f32 * 2e-3, 0.0, 0.5), Vec3::Y)).collect();
+        for (place, value) in together.iter().zip(means.between(&together, &shown)) {
+            assert!((value.expect("near").x - 1.0 - place.0.x).abs() < 0.01, "{place:?}");
+        }
     }
 
     #[test]

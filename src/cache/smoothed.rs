@@ -8,8 +8,9 @@ use super::adaptive_mean::Sample;
 use super::ascending::ascending;
 use super::ids::{SlotId, VertexId};
 use super::pool::Table;
+pub use super::sample_tree::Place;
 use super::store::Cache;
-use crate::math::luminance;
+use crate::math::{luminance, nearest_axis};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -20,7 +21,22 @@ pub struct ToSmooth {
     /// What those that gathered have found, in their order.
     pub samples: Vec<Sample>,
     /// Positions and normals of base slots that have not, in their order.
-    pub places: Vec<(Vec3, Vec3)>,
+    pub places: Vec<Place>,
+}
+
+/// Edge of the cells whose places are interpolated together, against the scene's scale: less than most samples are apart.
+const CELL: f32 = 1.0 / 128.0;
+
+impl ToSmooth {
+    /// Places near each other, by their numbers, in a scene of this scale.
+    #[must_use]
+    pub fn groups(&self, scale: f32) -> Vec<Vec<u32>> {
+        let key =
+            |&(position, normal): &Place| ((position / (CELL * scale)).as_ivec3().to_array(), nearest_axis(normal));
+        let mut order: Vec<_> = self.places.iter().map(key).zip(0_u32..).collect();
+        order.sort_unstable();
+        order.chunk_by(|a, b| a.0 == b.0).map(|group| group.iter().map(|(_, number)| *number).collect()).collect()
+    }
 }
 
 /// D of slots as smoothed, W·sr⁻¹·m⁻².
@@ -85,7 +101,7 @@ impl Cache {
         record.is_base() && (record.indirect().coarse || !record.indirect().stale)
     }
 
-    fn place(&self, slot: SlotId) -> (Vec3, Vec3) {
+    fn place(&self, slot: SlotId) -> Place {
         let record = &self.slots[slot];
         (self.vertices[record.vertex].position, record.normal())
     }
@@ -168,7 +184,7 @@ mod tests {
         let to_smooth = cache.to_smooth(base.into_iter().filter(is_base));
         let means = AdaptiveMeans::new(&to_smooth.samples, 100.0).expect("samples");
         let samples: Vec<Vec3> = (0..to_smooth.samples.len()).map(|i| means.of(i)).collect();
-        let places = to_smooth.places.iter().map(|&(place, normal)| means.between(place, normal, &samples)).collect();
+        let places = means.between(&to_smooth.places, &samples);
         cache.show_smoothed(&to_smooth, &Means { samples, places })
     }
 

@@ -4,15 +4,14 @@ use super::engine::Engine;
 use crate::cache::adaptive_mean::AdaptiveMeans;
 use crate::cache::ids::{SlotId, VertexId};
 use crate::cache::pieces::Piece;
-use crate::cache::smoothed::Means;
-use glam::Vec3;
+use crate::cache::smoothed::{Means, Place};
 
 /// Means that take some hundred microseconds.
 const FEW: usize = 32;
 
 /// Rays that a mean, and a place between means, cost as much as, about.
 const RAYS_A_MEAN: u64 = 25;
-const RAYS_A_PLACE: u64 = 10;
+const RAYS_A_PLACE: u64 = 2;
 /// Rays traced before what is shown is smoothed again, against those that it costs as much as: a fifth of the time at first, later less.
 const SHARE: u64 = 4;
 const MOST: u64 = 4;
@@ -71,9 +70,16 @@ impl Engine {
         let numbers: Vec<usize> = (0..slots.samples.len()).collect();
         let of = |run: &[usize]| run.iter().map(|&number| means.of(number)).collect::<Vec<_>>();
         let samples = self.workers.map_chunks(&numbers, FEW, of).concat();
-        let between = |&(position, normal): &(Vec3, Vec3)| means.between(position, normal, &samples);
-        let between = |run: &[(Vec3, Vec3)]| run.iter().map(between).collect::<Vec<_>>();
-        let places = self.workers.map_chunks(&slots.places, FEW, between).concat();
+        let groups = slots.groups(self.scale);
+        let between = |group: &Vec<u32>| {
+            let places: Vec<Place> = group.iter().map(|&number| slots.places[number as usize]).collect();
+            means.between(&places, &samples)
+        };
+        let found = self.workers.map_chunks(&groups, FEW, |run| run.iter().map(between).collect::<Vec<_>>()).concat();
+        let mut places = vec![None; slots.places.len()];
+        for (group, found) in groups.iter().zip(found) {
+            group.iter().zip(found).for_each(|(&number, light)| places[number as usize] = light);
+        }
         self.cache.show_smoothed(&slots, &Means { samples, places })
     }
 }
