@@ -43,11 +43,11 @@ impl Explained {
         self.known.take().is_some()
     }
 
-    /// Writes what is known, now or when it is.
+    /// Writes what is known, now or when it is; whether it is written.
     ///
     /// # Errors
     /// [`Error::Usage`] if nothing is asked, [`Error::Io`] naming the file.
-    pub(super) fn save(&mut self, path: &Path) -> Result<()> {
+    pub(super) fn save(&mut self, path: &Path) -> Result<bool> {
         match &self.known {
             _ if self.asked.is_some() => self.to_save.push(path.to_owned()),
             Some(probe) => write(probe, path)?,
@@ -55,7 +55,7 @@ impl Explained {
                 return Err(Error::Usage("pixel.save: no pixel is explained; choose one by pixel.explain".to_owned()));
             }
         }
-        Ok(())
+        Ok(!self.is_asked())
     }
 
     /// Answers what is asked by what a session's picture shows, and writes what was to be; the files.
@@ -98,6 +98,6 @@ mod tests {
         let mut explained = Explained::default();
         assert!(explained.save(Path::new("a.json")).unwrap_err().to_string().contains("pixel.explain"));
         explained.ask(Vec2::ZERO, ImageSize { width: 2, height: 2 });
-        assert!(explained.save(Path::new("a.json")).is_ok() && explained.is_asked(), "once it is known");
+        assert!(!explained.save(Path::new("a.json")).unwrap() && explained.is_asked(), "once it is known");
     }
 }

@@ -9,7 +9,7 @@ use glam::Vec3;
 /// Distance from the window's edge, points.
 const MARGIN: f32 = 8.0;
 /// Width at most, points.
-const WIDTH: f32 = 560.0;
+const WIDTH: f32 = 700.0;
 /// Lights that are listed, those that add most.
 const LISTED: usize = 8;
 /// Light that is not worth a line, against the whole.
@@ -24,8 +24,11 @@ struct Section {
 /// Lays the panel out, at the right.
 pub fn lay_out(context: &Context, probe: &Probe, frame: Frame) {
     let room = context.content_rect().size() - egui::Vec2::splat(4.0 * MARGIN);
-    let panel =
-        Window::new("pixel").title_bar(false).resizable(false).frame(frame).max_size(room.min([WIDTH, room.y].into()));
+    let panel = Window::new("pixel")
+        .title_bar(false)
+        .resizable(false)
+        .frame(frame)
+        .default_size(room.min([WIDTH, room.y].into()));
     panel.anchor(Align2::RIGHT_TOP, [-MARGIN, MARGIN]).show(context, |ui| {
         ScrollArea::both().max_height(room.y).show(ui, |ui| {
             for Section { heading, lines } in sections(probe) {

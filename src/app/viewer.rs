@@ -245,7 +245,11 @@ impl Viewer {
             Command::Screenshot(path) => self.shots.ask(path.as_deref(), true),
             Command::Picture(path) => self.shots.ask(path.as_deref(), false),
             Command::Explain(place) => self.explained.ask(*place, self.session.size()),
-            Command::SaveExplanation(path) => self.explained.save(path)?,
+            Command::SaveExplanation(path) => {
+                if self.explained.save(path)? {
+                    self.say(path.display().to_string());
+                }
+            }
             Command::ToggleHud => self.open.hud = !self.open.hud,
             Command::ToggleLights => self.toggle_lights(),
             Command::ToggleHelp => self.open.help = !self.open.help,
