@@ -58,6 +58,10 @@ pub enum Command {
     Screenshot(Option<PathBuf>),
     /// Write the picture without what lies over it.
     Picture(Option<PathBuf>),
+    /// Explain the pixel at a place of the image; the one that is explained no more.
+    Explain(Vec2),
+    /// Write what is said of the pixel that is explained.
+    SaveExplanation(PathBuf),
     /// Show or hide the panel.
     ToggleHud,
     /// Open or close the list of lights.
@@ -103,6 +107,8 @@ impl Command {
             Self::NextToneMapping => ("tone-mapping.next", vec![]),
             Self::Screenshot(to) => ("window.screenshot", optional(to)),
             Self::Picture(to) => ("window.picture", optional(to)),
+            Self::Explain(at) => ("pixel.explain", numbers(&at.to_array())),
+            Self::SaveExplanation(to) => ("pixel.save", vec![path(to)]),
             Self::ToggleHud => ("hud.toggle", vec![]),
             Self::ToggleLights => ("hud.lights", vec![]),
             Self::ToggleHelp => ("help.toggle", vec![]),

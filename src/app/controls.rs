@@ -52,6 +52,8 @@ pub enum Event {
         control: bool,
         /// Shift.
         shift: bool,
+        /// Alt.
+        alt: bool,
     },
     /// The cursor is here, pixels from the top left.
     Cursor(Vec2),
@@ -93,6 +95,7 @@ pub struct Controls {
     drag: Option<(Drag, Button, bool)>,
     control: bool,
     shift: bool,
+    alt: bool,
     held: Vec<KeyCode>,
     /// The velocity that was last commanded.
     velocity: Vec3,
@@ -114,8 +117,8 @@ impl Controls {
                 self.printed.extend(printed.map(|printed| (code, printed)));
                 self.key(code, (pressed, repeat), kept)
             }
-            Event::Modifiers { control, shift } => {
-                (self.control, self.shift) = (control, shift);
+            Event::Modifiers { control, shift, alt } => {
+                (self.control, self.shift, self.alt) = (control, shift, alt);
                 self.flight().into_iter().collect()
             }
             Event::Cursor(at) => {
@@ -175,6 +178,9 @@ impl Controls {
     fn press(&mut self, button: Button, window: Vec2, now: f64) -> Vec<Command> {
         if self.drag.is_some() {
             return Vec::new();
+        }
+        if button == Button::Left && self.alt {
+            return vec![Command::Explain(share(self.cursor, window))];
         }
         let drag = match button {
             Button::Left if self.shift => Drag::Pan,
@@ -279,7 +285,7 @@ mod tests {
             key(KeyCode::KeyW, true),
             button(Button::Right, true),
             key(KeyCode::KeyD, true),
-            Event::Modifiers { control: false, shift: true },
+            Event::Modifiers { control: false, shift: true, alt: false },
             key(KeyCode::KeyW, false),
             button(Button::Right, false),
         ];
@@ -291,7 +297,7 @@ mod tests {
     #[test]
     fn flying_slowly_down_does_not_quit() {
         let mut controls = Controls::default();
-        let control = Event::Modifiers { control: true, shift: false };
+        let control = Event::Modifiers { control: true, shift: false, alt: false };
         let events = [button(Button::Right, true), control.clone(), key(KeyCode::KeyQ, true)];
         let sent = send(&mut controls, &events);
         assert!(sent.len() == 1 && sent[0].starts_with("camera.fly 0 -0.333"), "{sent:?}");
@@ -326,6 +332,16 @@ mod tests {
         assert_eq!(send(&mut controls, &events), ["camera.pivot 0.25 0.75", "camera.dolly 0.9"]);
         let clicks: Vec<Event> = click.iter().chain(&click).chain(&click).cloned().collect();
         assert_eq!(send(&mut controls, &clicks), ["camera.centre 0.25 0.75"], "a third click is a first one");
+    }
+
+    #[test]
+    fn alt_and_a_click_ask_about_a_pixel_and_turn_nothing() {
+        let mut controls = Controls::default();
+        let alt = |alt| Event::Modifiers { control: false, shift: false, alt };
+        let click = [at(200.0, 300.0), alt(true), button(Button::Left, true), at(240.0, 300.0)];
+        assert_eq!(send(&mut controls, &click), ["pixel.explain 0.25 0.75"]);
+        let drag = [button(Button::Left, false), alt(false), button(Button::Left, true), at(280.0, 300.0)];
+        assert_eq!(send(&mut controls, &drag), ["camera.pivot 0.3 0.75", "camera.orbit 18 0"]);
     }
 
     #[test]

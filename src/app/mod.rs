@@ -8,12 +8,14 @@
 pub mod arguments;
 pub mod command;
 pub mod controls;
+pub mod explained;
 pub mod flight;
 pub mod headless;
 pub mod libraries;
 pub mod lights;
 pub mod panels;
 pub mod pick;
+pub mod probe_panel;
 pub mod recording;
 pub mod screen;
 pub mod script;

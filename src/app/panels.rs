@@ -1,6 +1,7 @@
 //! The panel with figures and settings, messages, and the help. What is clicked comes out as commands.
 
 use super::command::{Command, operator_name};
+use super::probe_panel;
 use super::table::{ENTRIES, Entry};
 use super::trigger::labels;
 use super::viewer::Viewer;
@@ -51,6 +52,9 @@ pub fn lay_out(
             ui.separator();
             buttons(ui, &mut commands);
         });
+    }
+    if let Some(probe) = viewer.explained().probe() {
+        probe_panel::lay_out(context, probe, frame());
     }
     if viewer.open().help {
         help(context, viewer, printed);

@@ -219,7 +219,10 @@ impl<T: Fn(Reply)> Stage<T> {
     /// Draws a frame and the panels, and shows them.
     fn picture(&mut self) -> Result<()> {
         let began = Instant::now();
-        self.viewer.frame(&mut self.plan)?;
+        match self.viewer.frame(&mut self.plan) {
+            Err(fault @ Error::Io { .. }) => self.viewer.say(fault.to_string()),
+            other => drop(other?),
+        }
         self.start.get_or_insert_with(Instant::now);
         for command in self.panels() {
             self.execute(&command)?;

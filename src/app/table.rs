@@ -270,6 +270,22 @@ pub const ENTRIES: &[Entry] = &[
         parse: |a| Ok(Command::Picture(a.picture()?)),
     },
     Entry {
+        name: "pixel.explain",
+        arguments: "X Y",
+        help: "Explain the pixel at a place of the image: its triangle, vertices and lights; the same again closes it",
+        example: "0.5 0.5",
+        triggers: &[Mouse(Gesture::AltClick)],
+        parse: |a| Ok(Command::Explain(a.place()?)),
+    },
+    Entry {
+        name: "pixel.save",
+        arguments: "PATH.json",
+        help: "Write what is said of the pixel that is explained, as `penombre probe` does",
+        example: "pixel.json",
+        triggers: &[],
+        parse: |a| Ok(Command::SaveExplanation(a.text(0).into())),
+    },
+    Entry {
         name: "hud.toggle",
         arguments: "",
         help: "Show or hide the panel",

@@ -36,6 +36,8 @@ pub enum Gesture {
     WheelWhileLooking,
     /// Twice the left button.
     DoubleClick,
+    /// The left button with Alt held.
+    AltClick,
 }
 
 impl Gesture {
@@ -48,6 +50,7 @@ impl Gesture {
             Self::Wheel => "wheel",
             Self::WheelWhileLooking => "hold right + wheel",
             Self::DoubleClick => "double click",
+            Self::AltClick => "Alt + click",
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What is looked at and how, and what commands do to it. Neither a window nor a clock: time is told.
 
 use super::command::{Command, operator_name};
+use super::explained::Explained;
 use super::flight::Flight;
 use super::lights::Lights;
 use super::pick;
@@ -46,6 +47,7 @@ pub struct Viewer {
     open: Open,
     recording: Recording,
     shots: Shots,
+    explained: Explained,
     /// The camera that was flown last, when another was taken.
     user: Option<Camera>,
     /// Whether the camera was moved since one of the scene's was taken.
@@ -74,6 +76,7 @@ impl Viewer {
             open,
             recording: Recording::default(),
             shots: Shots::new(name),
+            explained: Explained::default(),
             user: None,
             flown: false,
             changed: true,
@@ -134,6 +137,12 @@ impl Viewer {
         &self.stats
     }
 
+    /// The pixel that is explained.
+    #[must_use]
+    pub const fn explained(&self) -> &Explained {
+        &self.explained
+    }
+
     /// Whether anything is recorded.
     #[must_use]
     pub const fn is_recording(&self) -> bool {
@@ -149,7 +158,7 @@ impl Viewer {
     /// Whether the next frame differs from the last, whatever the engine does.
     #[must_use]
     pub fn is_changing(&self) -> bool {
-        self.changed || self.redisplay || self.flight.is_moving()
+        self.changed || self.redisplay || self.explained.is_asked() || self.flight.is_moving()
     }
 
     /// Says something for a while.
@@ -178,12 +187,13 @@ impl Viewer {
         Ok(())
     }
 
-    /// Draws a frame, if there is one to draw.
+    /// Draws a frame, if there is one to draw, and explains a pixel of it, if that was asked for.
     ///
     /// # Errors
-    /// As [`Session::step`].
+    /// As [`Session::step`]; [`Error::Io`] if what is said of a pixel cannot be written: all goes on as before.
     pub fn frame(&mut self, observer: &mut dyn Observer) -> Result<Option<FrameReport>> {
-        if !self.changed && !self.redisplay && self.session.is_idle() {
+        let asked = self.redisplay || self.explained.is_asked();
+        if !self.changed && !asked && self.session.is_idle() {
             return Ok(None);
         }
         if std::mem::take(&mut self.changed) {
@@ -193,7 +203,18 @@ impl Viewer {
         let report = self.session.step(observer)?;
         self.stats = report.engine;
         self.recording.frame(self.time, &self.flight.camera, &self.lights);
+        // The first frame of a view is followed by one with its work.
+        if !report.camera_moved {
+            self.explain()?;
+        }
         Ok(Some(report))
+    }
+
+    /// Answers what is asked about a pixel.
+    fn explain(&mut self) -> Result<()> {
+        let written = self.explained.answer(&mut self.session)?;
+        written.iter().for_each(|file| self.say(file.display().to_string()));
+        Ok(())
     }
 
     /// Pictures that are to be written once the next frame is shown, for the caller to take.
@@ -223,6 +244,12 @@ impl Viewer {
             Command::DimLight(name, power) => self.set_light(name, |light| light.power = *power),
             Command::Screenshot(path) => self.shots.ask(path.as_deref(), true),
             Command::Picture(path) => self.shots.ask(path.as_deref(), false),
+            Command::Explain(place) => self.explained.ask(*place, self.session.size()),
+            Command::SaveExplanation(path) => {
+                if self.explained.save(path)? {
+                    self.say(path.display().to_string());
+                }
+            }
             Command::ToggleHud => self.open.hud = !self.open.hud,
             Command::ToggleLights => self.toggle_lights(),
             Command::ToggleHelp => self.open.help = !self.open.help,
@@ -341,11 +368,11 @@ impl Viewer {
         (self.open.hud, self.open.lights) = (self.open.hud || !shown, !shown);
     }
 
-    /// Closes the help; without any, says how to end: a key that is pressed to get out of something must not end all.
+    /// Closes the help, or what is said of a pixel; without any, says how to end: a key that is pressed to get out of something must not end all.
     fn back(&mut self) {
         if self.open.help {
             self.open.help = false;
-        } else {
+        } else if !self.explained.close() {
             self.say("Ctrl + Q ends");
         }
     }

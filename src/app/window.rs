@@ -195,7 +195,8 @@ fn translate(event: WindowEvent) -> Option<Event> {
         }
         WindowEvent::ModifiersChanged(modifiers) => {
             let state = modifiers.state();
-            Some(Event::Modifiers { control: state.control_key(), shift: state.shift_key() })
+            let [control, shift, alt] = [state.control_key(), state.shift_key(), state.alt_key()];
+            Some(Event::Modifiers { control, shift, alt })
         }
         WindowEvent::CursorMoved { position, .. } => {
             Some(Event::Cursor(Vec2::new(position.x as f32, position.y as f32)))

@@ -24,6 +24,17 @@ pub struct IndirectLayer {
     smoothed: Sparse<SlotId, KeptLuminance>,
 }
 
+/// Which of the values that there are of its indirect light a slot shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShownAs {
+    /// Smoothed between samples.
+    Smoothed,
+    /// What it gathered, or what others predict, as it is kept.
+    Kept,
+    /// What is to be expected where nothing is known.
+    Expected,
+}
+
 /// New rays of one vertex.
 #[derive(Clone, Copy, Debug)]
 pub struct Round {

@@ -51,12 +51,48 @@ pub struct Shown {
 /// Luminance of a highlight against its light's diffuse one up to which it has the light's mean colour.
 const COLOURLESS: f32 = 1e-3;
 
+/// What one light group adds to what a slot shows.
+#[derive(Clone, Copy, Debug)]
+pub struct LightPart {
+    /// The light group.
+    pub light: usize,
+    /// What is known of its visibility, or guessed.
+    pub visibility: Visibility,
+    /// Diffuse luminance D of it, with its variance.
+    pub diffuse: Diffuse,
+    /// Specular luminance S of it, W·sr⁻¹·m⁻².
+    pub specular: Vec3,
+}
+
 /// Luminance of a slot seen from `eye`, over all lights. Highlights are exact for delta lights; for area lights they
 /// are the unoccluded ones times the visibility of the remembered points, weighted by the lobe
 /// (docs/method/what-a-pixel-shows.md). At a vertex that was never visited lights are taken to be as visible as they are around it,
 /// once anything is known of that.
 #[must_use]
 pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Shown {
+    add_up(context, cache, slot, eye, |_, _, _| {})
+}
+
+/// What each light group that is on adds to [`shown`], in their order.
+#[must_use]
+pub fn parts(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Vec<LightPart> {
+    let mut parts = Vec::new();
+    add_up(context, cache, slot, eye, |light, visibility, Sum { irradiance, variance, specular }| {
+        let diffuse = Diffuse { value: irradiance / PI, variance: variance / (PI * PI) };
+        parts.push(LightPart { light, visibility, diffuse, specular });
+    });
+    parts
+}
+
+/// Adds up the light groups that are on, and tells of each.
+#[inline]
+fn add_up(
+    context: &SceneContext<'_>,
+    cache: &Cache,
+    slot: SlotId,
+    eye: Vec3,
+    mut tell: impl FnMut(usize, Visibility, Sum),
+) -> Shown {
     let record = &cache.slots[slot];
     let vertex = &cache.vertices[record.vertex];
     let place = LitSlot {
@@ -82,14 +118,17 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
         let guess = |around| Visibility::taken_over(Origin::Deferred, cache.prior.at(around, light as u32));
         let visibility = around.map_or(known, guess);
         let spread = spread(emitter, visibility, |points| cache.penumbrae.gain(light as u32, points));
+        let mut of_light = Sum::default();
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
             let samples = Samples { light, visibility, sum: layer.sums.get(slot) };
             let part = match emitter {
                 LightGroup::Single(source) => place.single(source, samples),
                 LightGroup::Shared(_) => place.group(emitter, samples),
             };
+            of_light.add(part.times(factor), spread);
             sum.add(part.times(factor), spread);
         }
+        tell(light, visibility, of_light);
     }
     let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
     Shown { diffuse, specular: sum.specular, left, guessed: around.is_some() }

@@ -15,6 +15,7 @@ pub mod gather;
 pub mod ids;
 pub mod indirect;
 pub mod indirect_layer;
+pub mod indirect_parts;
 pub mod irradiance_prior;
 mod kept_luminance;
 pub mod layer;

@@ -22,6 +22,16 @@ pub fn weights_on_ray(corners: [Vec3; 3], eye: Vec3, direction: Vec3) -> Option<
     (total.is_finite() && total > 0.0).then(|| inside.map(|v| (v / total) as f32))
 }
 
+/// Barycentric weights of the point where a ray passes through the plane of a triangle, some of them negative beyond its edges; `None` if
+/// it runs along the plane.
+#[must_use]
+pub fn weights_in_plane(corners: [Vec3; 3], eye: Vec3, ray: Vec3) -> Option<[f32; 3]> {
+    let volumes = volumes(corners, eye, ray);
+    let sum: f64 = volumes.iter().sum();
+    let weights = volumes.map(|volume| (volume / sum) as f32);
+    weights.iter().all(|weight| weight.is_finite()).then_some(weights)
+}
+
 /// Volumes that a ray spans with the edges of a triangle, each opposite to a corner: in proportion to the barycentric
 /// weights of the point where it passes through the plane, exact enough for slivers, and free of the plane's
 /// distance.
@@ -47,6 +57,11 @@ mod tests {
         // Beside it: clamped. Edge-on: no place.
         let beside = weights_on_ray(corners, eye, corners[0] + Vec3::Y - eye).unwrap();
         assert!(beside.iter().all(|w| (0.0..=1.0).contains(w)) && (beside.iter().sum::<f32>() - 1.0).abs() < 1e-6);
-        assert!(weights_on_ray([Vec3::X, Vec3::X * 2.0, Vec3::X * 3.0], Vec3::ZERO, Vec3::X).is_none());
+        let beyond = corners[0] * 1.2 - corners[1] * 0.1 - corners[2] * 0.1;
+        let found = weights_in_plane(corners, eye, beyond - eye).unwrap();
+        assert!(found.iter().zip([1.2, -0.1, -0.1]).all(|(a, b)| (a - b).abs() < 1e-5), "{found:?}");
+        let edge_on = [Vec3::X, Vec3::X * 2.0, Vec3::X * 3.0];
+        assert!(weights_on_ray(edge_on, Vec3::ZERO, Vec3::X).is_none());
+        assert!(weights_in_plane(edge_on, Vec3::ZERO, Vec3::X).is_none());
     }
 }

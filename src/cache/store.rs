@@ -8,7 +8,7 @@ use super::between::{Between, BetweenLists};
 use super::coarse_grids::CoarseGrids;
 use super::drawn_mesh::{DrawnMesh, DrawnTriangle};
 use super::ids::{BetweenId, DrawnId, NodeId, SlotId, VertexId};
-use super::indirect_layer::IndirectLayer;
+use super::indirect_layer::{IndirectLayer, ShownAs};
 use super::irradiance_prior::IrradiancePrior;
 use super::layer::Layer;
 use super::pieces::{Piece, Pieces};
@@ -141,14 +141,20 @@ impl Cache {
     /// it.
     #[must_use]
     pub fn diffuse_to_show(&self, slot: SlotId) -> Vec3 {
-        let record = &self.slots[slot];
+        self.slots[slot].direct().diffuse + self.indirect_to_show(slot).0
+    }
+
+    /// Diffuse luminance of indirect light to show at a slot, W·sr⁻¹·m⁻², and which of the values that there are it is.
+    #[must_use]
+    pub(super) fn indirect_to_show(&self, slot: SlotId) -> (Vec3, ShownAs) {
+        let (record, kept) = (&self.slots[slot], self.slots[slot].indirect());
         if let Some(indirect) = self.indirect.smoothed(slot) {
-            return record.direct().diffuse + indirect;
+            return (indirect, ShownAs::Smoothed);
         }
-        if record.indirect().known || self.without.has(Piece::IrradiancePrior) {
-            return record.diffuse();
+        if kept.known || self.without.has(Piece::IrradiancePrior) {
+            return (kept.diffuse, ShownAs::Kept);
         }
-        record.direct().diffuse + self.expected.at(self.vertices[record.vertex].position, record.normal())
+        (self.expected.at(self.vertices[record.vertex].position, record.normal()), ShownAs::Expected)
     }
 
     /// Checks hierarchy, slots and drawn triangles against each other, in time linear in their number.

@@ -17,6 +17,7 @@ pub mod numbered;
 mod options;
 mod outcome;
 pub mod output;
+pub mod probe;
 pub mod progress;
 pub mod reference;
 pub mod render;
@@ -63,6 +64,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
     match command {
         Command::Render(args) => render::run(args, start),
         Command::View(args) => view::run(args),
+        Command::Probe(args) => probe::run(args),
         Command::Compare(args) => compare::run(args, start),
         Command::Reference(args) => reference::run(args),
         Command::Diff(args) => diff::run(args),

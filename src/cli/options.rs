@@ -2,7 +2,7 @@
 
 use super::args::ablate::AblateArgs;
 use super::args::bench::ConvergenceArgs;
-use super::args::{BudgetArgs, CompareArgs, CpuArgs, DeviceArgs, RefinementArgs, RenderArgs, ViewArgs};
+use super::args::{BudgetArgs, CompareArgs, CpuArgs, DeviceArgs, ProbeArgs, RefinementArgs, RenderArgs, ViewArgs};
 use crate::pass::UpdateMode;
 use crate::scene::camera::ImageSize;
 use crate::session::{Batches, Budget, Moves, Options, Pace, Refinement, Thresholds};
@@ -36,6 +36,24 @@ impl RenderArgs {
         let BudgetArgs { time, frames, rays, error } = self.budget;
         let frames = frames.filter(|_| self.camera_path.is_none());
         Budget { time, frames, rays, error }.or_error(self.refinement.quality.error())
+    }
+}
+
+impl ProbeArgs {
+    /// The options of the run: those of `render` for the same picture.
+    #[must_use]
+    pub fn options(&self) -> Options {
+        let BudgetArgs { time, frames, rays, error } = self.budget;
+        Options {
+            size: self.scene.size,
+            device: self.device.device.clone(),
+            threads: self.engine.threads,
+            seed: self.engine.seed,
+            pace: if self.engine.deterministic { Pace::Fixed(Batches::A_FRAME) } else { Pace::Free },
+            refinement: self.refinement.options(!self.no_filter),
+            budget: Budget { time, frames, rays, error }.or_error(self.refinement.quality.error()),
+            ..Options::default()
+        }
     }
 }
 

@@ -46,6 +46,11 @@ pub struct PixelLists {
 }
 
 impl LeafPixel {
+    /// A pixel whose centre sees the point of these weights.
+    pub(super) const fn at(pixel: u32, [a, b, _]: [f32; 3]) -> Self {
+        Self { pixel, weights: [a, b] }
+    }
+
     /// Barycentric weights of the point that its centre sees, at the corners of the leaf.
     #[must_use]
     pub fn weights(&self) -> [f32; 3] {
@@ -55,7 +60,7 @@ impl LeafPixel {
 
     /// Which child of its leaf it lies in, at corner 0, 1, 2 or in the middle, with its weights there: a child is half
     /// as large, so that weights double, and nothing is rounded.
-    fn in_child(self) -> (Self, usize) {
+    pub(super) fn in_child(self) -> (Self, usize) {
         let weights = self.weights();
         let child = weights.iter().position(|weight| *weight > 0.5).unwrap_or(3);
         let of_child = |corner: usize| match child {
@@ -133,8 +138,8 @@ impl PixelLists {
         for pixel in &mut self.pixels[span.range()] {
             let ray = view.direction(view.size.centre_of(pixel.pixel as usize));
             // Seen edge-on, any point of the face will do.
-            let [a, b, _] = weights_on_ray(corners, view.eye, ray).unwrap_or([1.0 / 3.0; 3]);
-            pixel.weights = [a, b];
+            let weights = weights_on_ray(corners, view.eye, ray).unwrap_or([1.0 / 3.0; 3]);
+            *pixel = LeafPixel::at(pixel.pixel, weights);
         }
     }
 

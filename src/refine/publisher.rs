@@ -145,6 +145,16 @@ impl Publisher {
         }
     }
 
+    /// Number of the last update.
+    pub(super) const fn sequence(&self) -> u64 {
+        self.sequence
+    }
+
+    /// How many updates have come since the last one that listed a triangle, drawn or for its values.
+    pub(super) fn updates_since(&self, drawn: DrawnId) -> u32 {
+        (self.sequence as u32).wrapping_sub(self.listed[drawn])
+    }
+
     /// Gives back the triangles that update `sequence` or an earlier one has replaced on the GPU.
     pub fn recycle(&mut self, cache: &mut Cache, sequence: u64) {
         let due = self.retired.partition_point(|&(replaced, _)| replaced <= sequence);
@@ -187,7 +197,7 @@ impl Values {
 }
 
 /// What a slot shows.
-fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
+pub(super) fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
     let record = &cache.slots[slot];
     let weight = match record.direct() {
         Luminance { known: true, .. } => cache.weight(slot),
@@ -247,6 +257,8 @@ mod tests {
         assert_eq!((update.patches.len(), update.drawn_triangles.len()), (2, 0));
         let update = next(&mut square, &mut publisher, &mut mesh);
         assert_eq!((update.slots.len(), update.patches.len(), update.sequence), (0, 0, 3));
+        let since = |slot| square.cache.drawn.with_slot(slot).map(|drawn| publisher.updates_since(drawn)).max();
+        assert_eq!((since(shared), publisher.sequence()), (Some(1), 3));
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! The engine's thread: commands in, updates out.
 
 use super::engine::{Budget, Counted, Engine, Visible};
+use super::explanation::Explanation;
 use super::nice::lower_priority;
+use super::probe::Question;
 use super::update::Update;
 use super::workers::Workers;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
@@ -21,6 +23,8 @@ enum Command {
     Step(u64),
     /// Everything that waits to be shown.
     Settle,
+    /// The same, and then why a pixel is so.
+    Explain(Question, Sender<Option<Explanation>>),
     /// What the GPU has drawn.
     Counted(Counted),
 }
@@ -111,6 +115,14 @@ impl EngineThread {
     /// Asks for everything that waits to be shown; the update that has it is marked as [`Update::settled`].
     pub fn settle(&self) {
         self.send(Command::Settle);
+    }
+
+    /// Asks for everything that waits to be shown, as [`Self::settle`] does, and why a pixel is so then. The answer comes before the update
+    /// that is marked as [`Update::settled`].
+    pub fn explain(&self, question: Question) -> Receiver<Option<Explanation>> {
+        let (tell, told) = bounded(1);
+        self.send(Command::Explain(question, tell));
+        told
     }
 
     /// Tells what the GPU has drawn. At pace [`Pace::Stepped`] no update answers.
@@ -229,6 +241,12 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
                 continue;
             }
             Some(Command::Settle) => engine.settle(),
+            Some(Command::Explain(question, tell)) => {
+                let update = engine.settle();
+                // Fails if nobody waits for it any more.
+                let _ = tell.send(engine.explain(&question));
+                update
+            }
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(budget),
         };

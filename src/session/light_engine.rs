@@ -2,6 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::refine::engine::{Budget, Counted, Engine, Visible};
+use crate::refine::explanation::Explanation;
+use crate::refine::probe::Question;
 use crate::refine::thread::EngineThread;
 use crate::refine::update::Update;
 use glam::Vec3;
@@ -97,6 +99,31 @@ impl LightEngine {
                 owned.updates.push_back(update);
             }
         }
+        self.until_settled()
+    }
+
+    /// Settles, as [`Self::settle`] does, and explains a pixel in that state; `None` if its face never was in view.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the engine has stopped.
+    pub fn explain(&mut self, question: Question) -> Result<(Vec<Update>, Option<Explanation>)> {
+        match self {
+            Self::Thread(thread) => {
+                let answer = thread.explain(question);
+                // First, since the engine may be waiting to hand an update over.
+                let updates = self.until_settled()?;
+                Ok((updates, answer.recv().map_err(|_| stopped())?))
+            }
+            Self::Owned(owned) => {
+                let update = owned.engine.settle();
+                let answer = owned.engine.explain(&question);
+                owned.updates.push_back(update);
+                Ok((self.until_settled()?, answer))
+            }
+        }
+    }
+
+    fn until_settled(&mut self) -> Result<Vec<Update>> {
         let mut updates = Vec::new();
         while updates.last().is_none_or(|update: &Update| !update.settled) {
             updates.push(self.wait()?);

@@ -13,6 +13,7 @@ mod diff;
 mod exr;
 mod files;
 mod messages;
+mod probe;
 mod process;
 mod view;
 mod window;

@@ -6,6 +6,7 @@ pub mod clock;
 mod compare;
 mod depth;
 mod diff;
+mod probe;
 pub mod reference;
 mod shared;
 mod view;
@@ -29,6 +30,7 @@ use std::time::Duration;
 pub use compare::{CompareArgs, CompareLimits, Tilt};
 pub use depth::DepthArgs;
 pub use diff::{DiffArgs, LimitArgs};
+pub use probe::ProbeArgs;
 pub use shared::{CpuArgs, DeviceArgs, RefinementArgs, SceneArgs, VerbosityArgs};
 pub use view::ViewArgs;
 
@@ -38,6 +40,7 @@ Examples:
   penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
   penombre render scene.toml -o walk_####.png --camera-path walk.toml --error 0.05
   penombre view scene.toml
+  penombre probe scene.toml 120 80 --size 320x240 --rays 1000000
   penombre compare scene.toml --out report
   penombre reference scene.toml -o ref.exr --filter point --spp 1024 --pixels 4000
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
@@ -68,6 +71,8 @@ pub enum Command {
     Render(RenderArgs),
     /// Walk through a scene in a window while its light converges; play scripts
     View(ViewArgs),
+    /// Explain a pixel: its triangle, vertices, and what each light adds, as JSON
+    Probe(ProbeArgs),
     /// Replay one refinement in several update modes and report their artefacts and cost
     Compare(CompareArgs),
     /// Path-trace a scene on the CPU, without any cache: the yardstick
