@@ -28,6 +28,7 @@ mod relight;
 pub mod replay;
 mod rounds;
 pub mod scheduler;
+mod shown;
 mod smooth;
 #[cfg(test)]
 mod testing;

@@ -2,7 +2,7 @@
 
 use super::engine::{Budget, Counted, Engine, Visible};
 use super::nice::lower_priority;
-use super::update::Update;
+use super::update::{Question, Shown, Update};
 use super::workers::Workers;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
 use glam::Vec3;
@@ -24,6 +24,10 @@ enum Command {
     Settle,
     /// What the GPU has drawn.
     Counted(Counted),
+    /// Slots that show something else.
+    Show(Shown),
+    /// Something about each drawn triangle.
+    Ask(Question),
 }
 
 /// Whether batches follow the clock or the frame loop.
@@ -123,6 +127,16 @@ impl EngineThread {
         self.send(Command::Counted(counted));
     }
 
+    /// Has slots show something else ([`Engine::show`]); exactly one update answers, with all of them.
+    pub fn show(&self, shown: Shown) {
+        self.send(Command::Show(shown));
+    }
+
+    /// Asks something of each drawn triangle ([`Engine::ask`]); exactly one update answers.
+    pub fn ask(&self, question: Question) {
+        self.send(Command::Ask(question));
+    }
+
     fn send(&self, command: Command) {
         if let Some(commands) = &self.commands {
             // Fails only if the thread is gone, which the next `drain` or `wait` reports.
@@ -204,6 +218,8 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
                 engine.step(budget)
             }
             Some(Command::Settle) => engine.settle(),
+            Some(Command::Show(shown)) => engine.show(shown),
+            Some(Command::Ask(question)) => engine.ask(question),
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(budget),
         };

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::refine::engine::{Budget, Counted, Engine, Visible};
 use crate::refine::thread::EngineThread;
-use crate::refine::update::Update;
+use crate::refine::update::{Question, Shown, Update};
 use glam::Vec3;
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -102,6 +102,28 @@ impl LightEngine {
             updates.push(self.wait()?);
         }
         Ok(updates)
+    }
+
+    /// Has slots show something else; exactly one update answers, with all of them.
+    pub fn show(&mut self, shown: Shown) {
+        match self {
+            Self::Thread(thread) => thread.show(shown),
+            Self::Owned(owned) => {
+                let update = owned.engine.show(shown);
+                owned.updates.push_back(update);
+            }
+        }
+    }
+
+    /// Asks something of each drawn triangle; exactly one update answers.
+    pub fn ask(&mut self, question: Question) {
+        match self {
+            Self::Thread(thread) => thread.ask(question),
+            Self::Owned(owned) => {
+                let update = owned.engine.ask(question);
+                owned.updates.push_back(update);
+            }
+        }
     }
 
     /// Tells what the GPU has drawn.
