@@ -220,7 +220,8 @@ mod tests {
     fn next(square: &mut Judged, publisher: &mut Publisher, mesh: &mut HostMesh) -> Update {
         let (mut update, _) = publisher.redraw(&mut square.rooted.cache, &square.view);
         let slots = publisher.take_changed();
-        let values = slots.chunks(2).map(|run| Values::of(&square.cache, run, |slot| value(&square.cache, &square.view, slot)));
+        let values =
+            slots.chunks(2).map(|run| Values::of(&square.cache, run, |slot| value(&square.cache, &square.view, slot)));
         publisher.add_values(&mut update, values.collect());
         mesh.apply(&update).expect("an update that fits the mesh");
         update

@@ -7,6 +7,7 @@
 mod budget;
 mod clock;
 mod counting;
+mod debug_view;
 mod error_meter;
 mod frame;
 mod interactive;
@@ -24,6 +25,7 @@ mod visible;
 
 pub use budget::{Budget, EndedBy, Spent};
 pub use clock::Moment;
+pub use debug_view::DebugView;
 pub use error_meter::ErrorMeter;
 pub use frame::FrameReport;
 pub use light_engine::{Batches, LightEngine, Pace};
@@ -84,6 +86,7 @@ pub struct Session {
     frames: u64,
     stats: EngineStats,
     counting: Counting,
+    debug: debug_view::Debug,
     /// When frames are drawn while the camera is still.
     frames_come: Frames,
 }
@@ -125,6 +128,7 @@ impl Session {
             clock: Clock::default(),
             frames: 0,
             stats: EngineStats::default(),
+            debug: debug_view::Debug::default(),
         }
     }
 
@@ -175,6 +179,7 @@ impl Session {
             return Err(Error::Usage("there is no view to draw".to_owned()));
         }
         let Turn { mut updates, moved } = self.take_updates(observer)?;
+        updates.extend(self.prepare_debug_view()?);
         self.clock.frame_begins();
         let ended_by = self.ended_by(observer.interrupted());
         // The last frame shows everything, whatever patches still wait; so do frames that are seldom.
@@ -319,6 +324,7 @@ impl Session {
             }
             self.levels.apply(update);
             self.renderer.apply(update)?;
+            self.hear_for_debug_view(update)?;
         }
         if moved {
             self.share_budget();
@@ -377,6 +383,6 @@ impl Session {
     /// Whether the engine has nothing to do until it hears more: of an owned one as it stands, of one on a thread by its last update.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.engine.is_idle().unwrap_or(self.stats.converged)
+        self.engine.is_idle().unwrap_or(self.stats.converged) && !self.debug.waits()
     }
 }
