@@ -25,7 +25,7 @@ const ALL: [DebugView; 14] = [
 /// Shows a view.
 fn show(session: &mut Session, view: DebugView) {
     session.set_debug_view(view);
-    assert!(!session.shows_debug_view() && !session.is_idle() || view == DebugView::Final);
+    assert!(view == DebugView::Final || !session.shows_debug_view());
     session.step(&mut Unobserved).unwrap();
     assert!(session.shows_debug_view(), "{view:?}");
 }
@@ -45,6 +45,11 @@ fn diffuse(session: &mut Session, view: DebugView) -> Vec<Vec3> {
 /// The colours of the pixels that show geometry.
 fn colours(picture: &[[u8; 4]]) -> HashSet<[u8; 3]> {
     picture.iter().filter(|pixel| pixel[3] > 0).map(|[r, g, b, _]| [*r, *g, *b]).collect()
+}
+
+/// Whether a pixel has the colour of a mesh's lines.
+fn is_line(pixel: &&[u8; 4]) -> bool {
+    pixel.iter().zip([255, 217, 77]).all(|(byte, line)| byte.abs_diff(line) <= 1)
 }
 
 #[test]
@@ -103,13 +108,13 @@ fn files_hold_the_picture_in_any_view() {
 fn a_floor_in_the_sun_is_of_one_level_and_two_faces() {
     with_session(floor(), false, |mut session| {
         converge(&mut session);
-        assert_eq!(colours(&picture(&mut session, DebugView::Level)), HashSet::from([[89; 3]]));
+        let levels: HashSet<u32> = session.still().unwrap().level.into_iter().filter(|level| *level > 0).collect();
+        assert_eq!((levels.len(), colours(&picture(&mut session, DebugView::Level)).len()), (1, 1), "{levels:?}");
         assert_eq!(colours(&picture(&mut session, DebugView::Faces)).len(), 2);
         assert_eq!(colours(&picture(&mut session, DebugView::Knowledge)), HashSet::from([[89; 3]]), "all is known");
         let mesh = picture(&mut session, DebugView::Mesh);
-        let line = |pixel: &[u8; 4]| pixel[..3] == [255, 217, 77];
-        let lines = mesh.iter().filter(|pixel| line(pixel)).count();
-        assert!((20..200).contains(&lines), "edges and a diagonal: {lines}");
+        let (lines, all) = (mesh.iter().filter(is_line).count(), mesh.iter().filter(|pixel| pixel[3] > 0).count());
+        assert!(lines > 20 && lines < all, "edges and a diagonal: {lines} of {all}");
     });
 }
 
@@ -119,7 +124,7 @@ fn a_room_is_split_where_the_light_of_a_lamp_ends() {
         converge(&mut session);
         let levels = picture(&mut session, DebugView::Level);
         assert!(colours(&levels).len() > 3);
-        let lines = |picture: Vec<[u8; 4]>| picture.iter().filter(|pixel| pixel[..3] == [255, 217, 77]).count();
+        let lines = |picture: Vec<[u8; 4]>| picture.iter().filter(is_line).count();
         let drawn = lines(picture(&mut session, DebugView::Mesh));
         let own = [0, 1].map(|light| lines(picture(&mut session, DebugView::LightMesh(light))));
         assert!(own.iter().all(|own| *own < drawn && *own > 20), "each is coarser than all: {own:?}, {drawn}");
@@ -140,7 +145,8 @@ fn the_errors_of_all_pixels_make_up_the_estimated_error() {
         let errors: Vec<f32> = drawn.into_iter().filter(|id| *id > 0).map(|id| of(id).unwrap()).collect();
         let rms = (errors.iter().map(|error| error * error).sum::<f32>() / errors.len() as f32).sqrt();
         let estimated = report.engine.estimated_error.unwrap();
-        assert!((rms / estimated - 1.0).abs() < 0.1, "{rms} instead of {estimated}");
+        // Pixels as they are drawn, against those of the leaves that account for them.
+        assert!((rms / estimated - 1.0).abs() < 0.2, "{rms} instead of {estimated}");
     });
 }
 
