@@ -1,4 +1,5 @@
 //! Every debug view shows what it says, and the picture comes back.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use crate::{converge, floor, room, with_session};
 use glam::Vec3;

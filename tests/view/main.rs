@@ -1,4 +1,5 @@
 //! The window's insides without a window: panels by what they say and do, debug views by what they show.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 #[path = "../support/mod.rs"]
 mod support;

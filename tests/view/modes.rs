@@ -1,4 +1,5 @@
 //! Update modes changed while light converges.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use crate::{converge, room, with_session};
 use glam::Vec3;

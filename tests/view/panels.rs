@@ -1,4 +1,5 @@
 //! The panels, by what a reader of the screen is told: they show what the viewer holds, and what is clicked comes out as commands.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use crate::{converge, room, with_session};
 use egui_kittest::Harness;
