@@ -92,6 +92,12 @@ pub fn peak_memory() -> Option<u64> {
     of_machine::peak_memory()
 }
 
+/// The memory that this process holds now, bytes.
+#[must_use]
+pub fn resident_memory() -> Option<u64> {
+    of_machine::resident_memory()
+}
+
 /// Threads that ran or waited for a core, the mean of about a minute.
 #[must_use]
 pub fn load_average() -> Option<f32> {
@@ -129,6 +135,11 @@ mod of_machine {
         Some(Process::myself().ok()?.status().ok()?.vmhwm? * KIB)
     }
 
+    pub fn resident_memory() -> Option<u64> {
+        const KIB: u64 = 1024;
+        Some(Process::myself().ok()?.status().ok()?.vmrss? * KIB)
+    }
+
     pub fn load_average() -> Option<f32> {
         Some(LoadAverage::current().ok()?.one)
     }
@@ -151,6 +162,10 @@ mod of_machine {
     }
 
     pub const fn peak_memory() -> Option<u64> {
+        None
+    }
+
+    pub const fn resident_memory() -> Option<u64> {
         None
     }
 

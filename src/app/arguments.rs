@@ -1,6 +1,7 @@
 //! Arguments of commands, from words.
 
 use crate::image::FileFormat;
+use crate::pass::UpdateMode;
 use crate::scene::ToneMapping;
 use glam::{DVec3, Vec2};
 use std::path::PathBuf;
@@ -32,9 +33,14 @@ impl Arguments<'_> {
 
     /// Finite numbers, from an argument on.
     pub(super) fn numbers<const N: usize>(&self, first: usize) -> Result<[f32; N], String> {
+        self.numbers_in(first, [f32::MIN, f32::MAX])
+    }
+
+    /// Finite numbers between two bounds, from an argument on.
+    pub(super) fn numbers_in<const N: usize>(&self, first: usize, bounds: [f32; 2]) -> Result<[f32; N], String> {
         let mut numbers = [0.0; N];
         for (offset, number) in numbers.iter_mut().enumerate() {
-            *number = self.number_in(first + offset, [f32::MIN, f32::MAX])?;
+            *number = self.number_in(first + offset, bounds)?;
         }
         Ok(numbers)
     }
@@ -61,6 +67,19 @@ impl Arguments<'_> {
     /// Any word.
     pub(super) fn text(&self, index: usize) -> &str {
         self.words.get(index).map_or("", String::as_str)
+    }
+
+    /// A word that may be left out.
+    pub(super) fn rest(&self, index: usize) -> Option<String> {
+        self.words.get(index).cloned()
+    }
+
+    /// An update mode.
+    pub(super) fn update_mode(&self) -> Result<UpdateMode, String> {
+        UpdateMode::named(self.text(0)).ok_or_else(|| {
+            let names = UpdateMode::ALL.map(UpdateMode::name).join(", ");
+            format!("{}: expected one of {names}", self.text(0))
+        })
     }
 
     /// A file that a picture can be written to, if there is one.

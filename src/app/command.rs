@@ -1,6 +1,8 @@
 //! Everything that can be done, as values: what keys, mouse, panels and scripts ask for alike.
 
+use super::views::View;
 use super::words::quoted;
+use crate::pass::UpdateMode;
 use crate::scene::ToneMapping;
 use glam::{DVec3, Vec2, Vec3};
 use std::fmt;
@@ -46,6 +48,14 @@ pub enum Command {
     ToggleLight(String),
     /// Set a light's power, as a factor on that of the scene.
     DimLight(String, f32),
+    /// Set a light's colour, as factors on that of the scene.
+    ColourLight(String, [f32; 3]),
+    /// Show a debug view, of a light if it names one.
+    View(&'static View, Option<String>),
+    /// Show the next debug view.
+    NextView,
+    /// Set how changed lighting is redrawn.
+    Update(UpdateMode),
     /// Set the exposure, stops.
     Exposure(f32),
     /// Change the exposure, stops.
@@ -78,7 +88,7 @@ impl Command {
     /// Its name, and its arguments as they are written.
     #[must_use]
     pub fn words(&self) -> (&'static str, Vec<String>) {
-        let numbers = |values: &[f32]| values.iter().map(ToString::to_string).collect();
+        let numbers = |values: &[f32]| -> Vec<String> { values.iter().map(ToString::to_string).collect() };
         let path = |path: &Path| path.to_string_lossy().into_owned();
         let optional = |place: &Option<PathBuf>| place.iter().map(|place| path(place)).collect();
         match self {
@@ -101,6 +111,14 @@ impl Command {
             Self::RecordStop => ("record.stop", vec![]),
             Self::ToggleLight(name) => ("light.toggle", vec![name.clone()]),
             Self::DimLight(name, factor) => ("light.dim", vec![name.clone(), factor.to_string()]),
+            Self::ColourLight(name, factors) => {
+                ("light.colour", std::iter::once(name.clone()).chain(numbers(factors)).collect())
+            }
+            Self::View(view, light) => {
+                ("view.set", std::iter::once(view.name.to_owned()).chain(light.clone()).collect())
+            }
+            Self::NextView => ("view.next", vec![]),
+            Self::Update(mode) => ("update.set", vec![mode.name().to_owned()]),
             Self::Exposure(stops) => ("exposure.set", numbers(&[*stops])),
             Self::Expose(stops) => ("exposure.add", numbers(&[*stops])),
             Self::ToneMapping(operator) => ("tone-mapping.set", vec![operator_name(*operator).to_owned()]),

@@ -1,7 +1,8 @@
 //! A script played without a window: frames at fixed times, each with fixed work, as fast as they come.
 
 use super::Plan;
-use super::panels::{self, Rate};
+use super::panels;
+use super::rate::Rate;
 use super::screen::Screen;
 use super::shots::Shot;
 use super::viewer::Viewer;

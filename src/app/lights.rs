@@ -12,6 +12,8 @@ pub struct Setting {
     pub on: bool,
     /// Power, as a factor on that of the scene.
     pub power: f32,
+    /// Colour, as factors on that of the scene, linear Rec.709.
+    pub colour: Vec3,
 }
 
 /// The lights of a scene, in its order.
@@ -22,7 +24,8 @@ impl Lights {
     /// All as loaded.
     #[must_use]
     pub fn new(lights: &[Light]) -> Self {
-        Self(lights.iter().map(|light| Setting { name: light.name.clone(), on: true, power: 1.0 }).collect())
+        let as_loaded = |light: &Light| Setting { name: light.name.clone(), on: true, power: 1.0, colour: Vec3::ONE };
+        Self(lights.iter().map(as_loaded).collect())
     }
 
     /// Every light.
@@ -42,6 +45,6 @@ impl Lights {
     /// What each emits, against what the scene says.
     #[must_use]
     pub fn factors(&self) -> Vec<Vec3> {
-        self.0.iter().map(|light| Vec3::splat(if light.on { light.power } else { 0.0 })).collect()
+        self.0.iter().map(|light| light.colour * if light.on { light.power } else { 0.0 }).collect()
     }
 }

@@ -120,15 +120,17 @@ impl Path {
     /// What changed of the lights; at first, what is not as loaded.
     fn edit(&mut self, time: f64, lights: &Lights) {
         for (number, light) in lights.all().iter().enumerate() {
-            let before = self.lights.as_ref().map_or((true, 1.0), |lights| {
+            let before = self.lights.as_ref().map_or((true, 1.0, Vec3::ONE), |lights| {
                 let before = &lights.all()[number];
-                (before.on, before.power)
+                (before.on, before.power, before.colour)
             });
-            if before != (light.on, light.power) {
+            if before != (light.on, light.power, light.colour) {
                 let switch = if light.on { "on" } else { "off" };
+                let [r, g, b] = light.colour.to_array().map(|value| float(value.into()));
                 let _ = write!(
                     self.edits,
-                    "\n[[edit]]\ntime = {}\nlight = {}\nswitch = \"{switch}\"\npower = {}\n",
+                    "\n[[edit]]\ntime = {}\nlight = {}\nswitch = \"{switch}\"\npower = {}\n\
+                     colour = [{r}, {g}, {b}]\n",
                     float(rounded(time)),
                     toml::Value::from(light.name.as_str()),
                     float(f64::from(light.power)),

@@ -84,8 +84,16 @@ pub fn check(command: &Command, scene: &Scene) -> Result<(), String> {
     let lights = || scene.lights.iter().map(|light| light.name.as_str());
     let cameras = || scene.cameras.iter().map(|camera| camera.name.as_str());
     match command {
-        Command::ToggleLight(name) | Command::DimLight(name, _) if lights().all(|known| known != name) => {
+        Command::ToggleLight(name)
+        | Command::DimLight(name, _)
+        | Command::ColourLight(name, _)
+        | Command::View(_, Some(name))
+            if lights().all(|known| known != name) =>
+        {
             Err(missing("light", name, lights()))
+        }
+        Command::View(view, _) if view.of_light && scene.lights.is_empty() => {
+            Err(format!("the scene has no light for the view {}", view.name))
         }
         Command::Go(name) if cameras().all(|known| known != name) && !is_number_of(name, scene) => {
             Err(missing("camera", name, cameras()))

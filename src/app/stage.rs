@@ -4,11 +4,13 @@
 use super::Plan;
 use super::command::Command;
 use super::controls::{Controls, Event, Kept};
-use super::panels::{self, Rate};
+use super::panels;
+use super::rate::{PassTimes, Rate};
 use super::screen::{Asked, Screen};
 use super::viewer::Viewer;
 use crate::error::{Error, Result};
 use crate::scene::camera::ImageSize;
+use crate::system;
 use crate::vk::presenter::Presented;
 use crossbeam_channel::{Receiver, RecvTimeoutError};
 use egui::{PlatformOutput, Pos2, RawInput, Rect, ViewportId};
@@ -41,6 +43,9 @@ pub enum Reply {
 
 /// How often an interrupt is looked for while nothing else happens.
 const TICK: Duration = Duration::from_millis(100);
+
+/// How often the memory of the process is looked up.
+const BETWEEN_LOOKS: Duration = Duration::from_secs(1);
 
 /// Pictures that the rate is a mean of.
 const MEAN_OF: usize = 30;
@@ -205,7 +210,9 @@ impl<T: Fn(Reply)> Stage<T> {
     fn execute(&mut self, command: &Command) -> Result<()> {
         self.stale = true;
         match self.viewer.execute(command) {
-            Err(fault @ (Error::Usage(_) | Error::Io { .. })) => self.viewer.say(fault.to_string()),
+            Err(fault @ (Error::Usage(_) | Error::NoDevice(_) | Error::Io { .. })) => {
+                self.viewer.say(fault.to_string())
+            }
             other => other?,
         }
         Ok(())
@@ -221,7 +228,7 @@ impl<T: Fn(Reply)> Stage<T> {
         let began = Instant::now();
         match self.viewer.frame(&mut self.plan) {
             Err(fault @ Error::Io { .. }) => self.viewer.say(fault.to_string()),
-            other => drop(other?),
+            other => other?.iter().for_each(|report| self.meter.passes.note(&report.passes)),
         }
         self.start.get_or_insert_with(Instant::now);
         for command in self.panels() {
@@ -274,11 +281,17 @@ struct Meter {
     /// With the rays so far.
     shown: VecDeque<(Instant, u64)>,
     last: Duration,
+    passes: PassTimes,
+    /// Memory of the process, with the time at which it was looked up.
+    resident: Option<(Instant, u64)>,
 }
 
 impl Meter {
     fn shown(&mut self, drawn_in: Duration, rays: u64) {
         self.last = drawn_in;
+        if self.resident.is_none_or(|(then, _)| then.elapsed() >= BETWEEN_LOOKS) {
+            self.resident = system::resident_memory().map(|bytes| (Instant::now(), bytes));
+        }
         self.shown.push_back((Instant::now(), rays));
         if self.shown.len() > MEAN_OF {
             self.shown.pop_front();
@@ -299,6 +312,8 @@ impl Meter {
             pictures: (self.shown.len() - 1) as f64 / seconds,
             frame_ms: self.last.as_secs_f64() * 1e3,
             rays: many.saturating_sub(*few) as f64 / seconds,
+            passes: self.passes,
+            resident: self.resident.map(|(_, bytes)| bytes),
         }
     }
 }

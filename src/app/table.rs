@@ -3,6 +3,7 @@
 use super::arguments::Arguments;
 use super::command::{Command, nearest};
 use super::trigger::{Chord, Gesture, Trigger};
+use super::views::View;
 use Trigger::{Gesture as Mouse, Held, Key};
 use glam::Vec3;
 use winit::keyboard::KeyCode;
@@ -220,6 +221,39 @@ pub const ENTRIES: &[Entry] = &[
         example: "lamp 0.5",
         triggers: &[],
         parse: |a| Ok(Command::DimLight(a.text(0).to_owned(), a.number_in(1, [0.0, 1e6])?)),
+    },
+    Entry {
+        name: "light.colour",
+        arguments: "NAME R G B",
+        help: "Set a light's colour, as factors on that of the scene",
+        example: "lamp 1 0.6 0.3",
+        triggers: &[],
+        parse: |a| Ok(Command::ColourLight(a.text(0).to_owned(), a.numbers_in(1, [0.0, 1e6])?)),
+    },
+    Entry {
+        name: "view.next",
+        arguments: "",
+        help: "Show the next debug view",
+        example: "",
+        triggers: &[Key(Chord::of(KeyCode::KeyV), "")],
+        parse: |_| Ok(Command::NextView),
+    },
+    Entry {
+        name: "view.set",
+        arguments: "VIEW [LIGHT]",
+        help: "Show a debug view, of a light if there is one for each: final, kd, ks, Le, D, S, direct, indirect, face.id, level, \
+               error, stale, mesh, light-mesh",
+        example: "direct lamp",
+        triggers: &[],
+        parse: |a| Ok(Command::View(View::named(a.text(0))?, a.rest(1))),
+    },
+    Entry {
+        name: "update.set",
+        arguments: "MODE",
+        help: "Set how changed lighting is redrawn",
+        example: "stencil",
+        triggers: &[],
+        parse: |a| Ok(Command::Update(a.update_mode()?)),
     },
     Entry {
         name: "exposure.set",

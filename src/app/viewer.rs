@@ -3,11 +3,13 @@
 use super::command::{Command, operator_name};
 use super::explained::Explained;
 use super::flight::Flight;
+use super::history::History;
 use super::lights::Lights;
 use super::pick;
 use super::recording::Recording;
 use super::script;
 use super::shots::{Shot, Shots};
+use super::views::Choice;
 use crate::error::{Error, Result};
 use crate::refine::update::EngineStats;
 use crate::scene::camera::{Camera, ImageSize};
@@ -48,6 +50,10 @@ pub struct Viewer {
     recording: Recording,
     shots: Shots,
     explained: Explained,
+    /// The debug view.
+    view: Choice,
+    /// Estimated errors so far.
+    errors: History,
     /// The camera that was flown last, when another was taken.
     user: Option<Camera>,
     /// Whether the camera was moved since one of the scene's was taken.
@@ -77,6 +83,8 @@ impl Viewer {
             recording: Recording::default(),
             shots: Shots::new(name),
             explained: Explained::default(),
+            view: Choice::default(),
+            errors: History::default(),
             user: None,
             flown: false,
             changed: true,
@@ -143,6 +151,18 @@ impl Viewer {
         &self.explained
     }
 
+    /// The debug view that is chosen.
+    #[must_use]
+    pub const fn view(&self) -> Choice {
+        self.view
+    }
+
+    /// The estimated error over time.
+    #[must_use]
+    pub const fn errors(&self) -> &History {
+        &self.errors
+    }
+
     /// Whether anything is recorded.
     #[must_use]
     pub const fn is_recording(&self) -> bool {
@@ -202,6 +222,7 @@ impl Viewer {
         self.redisplay = false;
         let report = self.session.step(observer)?;
         self.stats = report.engine;
+        self.errors.note(self.time, self.stats.estimated_error);
         self.recording.frame(self.time, &self.flight.camera, &self.lights);
         // The first frame of a view is followed by one with its work.
         if !report.camera_moved {
@@ -242,6 +263,14 @@ impl Viewer {
             Command::RecordCamera(_) | Command::RecordSession(_) | Command::RecordStop => self.record(command)?,
             Command::ToggleLight(name) => self.set_light(name, |light| light.on = !light.on),
             Command::DimLight(name, power) => self.set_light(name, |light| light.power = *power),
+            Command::ColourLight(name, factors) => {
+                self.set_light(name, |light| light.colour = Vec3::from_array(*factors));
+            }
+            Command::View(..) | Command::NextView => self.change_view(command),
+            Command::Update(mode) => {
+                self.session.set_update_mode(*mode)?;
+                self.redisplay = true;
+            }
             Command::Screenshot(path) => self.shots.ask(path.as_deref(), true),
             Command::Picture(path) => self.shots.ask(path.as_deref(), false),
             Command::Explain(place) => self.explained.ask(*place, self.session.size()),
@@ -360,6 +389,20 @@ impl Viewer {
         let Display { exposure, tone_mapping } = display;
         self.say(format!("exposure {exposure:+.1}, {}", operator_name(tone_mapping)));
         self.session.set_display(display);
+        self.redisplay = true;
+    }
+
+    fn change_view(&mut self, command: &Command) {
+        let scene = self.session.scene();
+        match command {
+            Command::View(view, light) => {
+                let named = light.as_ref().and_then(|name| scene.lights.iter().position(|light| light.name == *name));
+                self.view = Choice { view, light: named.map_or(self.view.light, |number| number as u32) };
+            }
+            _ => self.view = self.view.next(scene),
+        }
+        self.say(format!("view {}", self.view.label(self.session.scene())));
+        self.session.set_debug_view(self.view.debug_view());
         self.redisplay = true;
     }
 

@@ -75,10 +75,19 @@ impl IndirectLayer {
 
     /// Adds a round.
     pub fn add(&mut self, round: Round, sums: &[(SlotId, LightVector)]) {
+        if self.gathers.rays.get(round.vertex) == 0 {
+            self.previous.note_gathered(round.vertex);
+        }
         *self.gathers.rays.entry(round.vertex) += round.rays;
         for (slot, sum) in sums {
             self.gathers.sums.entry(*slot).add(sum);
         }
+    }
+
+    /// Vertices that gathered before the lights changed, and not since.
+    #[must_use]
+    pub const fn outdated(&self) -> u64 {
+        self.previous.outdated
     }
 
     /// D to show of a slot, W·sr⁻¹·m⁻², if smoothing changed it.
@@ -105,6 +114,9 @@ impl IndirectLayer {
 
     /// Forgets what was gathered at a vertex of one slot.
     pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
+        if self.gathers.rays.get(vertex) == 0 {
+            self.previous.note_gathered(vertex);
+        }
         self.gathers.forget(vertex, slot);
         self.smoothed.reset(slot);
         self.previous.forget(vertex, slot);

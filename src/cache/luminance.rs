@@ -95,17 +95,7 @@ fn add_up(
 ) -> Shown {
     let record = &cache.slots[slot];
     let vertex = &cache.vertices[record.vertex];
-    let place = LitSlot {
-        context,
-        vertex,
-        receiver: Receiver {
-            x: vertex.position,
-            normal: record.normal(),
-            to_eye: (eye - vertex.position).normalize_or(record.normal()),
-            shininess: record.shininess().unwrap_or(0.0),
-        },
-        shines: record.shininess().is_some(),
-    };
+    let place = LitSlot::new(context, cache, slot, eye);
     let (mut sum, mut left) = (Sum::default(), Left::default());
     let around = (!vertex.progress.visited && cache.prior.knows_any()).then(|| cache.prior.cells_of(vertex));
     for (light, (emitter, layer)) in context.lights.groups().zip(&cache.layers).enumerate() {
@@ -121,17 +111,32 @@ fn add_up(
         let mut of_light = Sum::default();
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
             let samples = Samples { light, visibility, sum: layer.sums.get(slot) };
-            let part = match emitter {
-                LightGroup::Single(source) => place.single(source, samples),
-                LightGroup::Shared(_) => place.group(emitter, samples),
-            };
-            of_light.add(part.times(factor), spread);
-            sum.add(part.times(factor), spread);
+            let part = place.part(emitter, samples).times(factor);
+            of_light.add(part, spread);
+            sum.add(part, spread);
         }
         tell(light, visibility, of_light);
     }
     let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
     Shown { diffuse, specular: sum.specular, left, guessed: around.is_some() }
+}
+
+/// D of one light group at a slot, W·sr⁻¹·m⁻²: what it adds to that of [`shown`].
+#[must_use]
+pub fn direct_of(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, group: usize) -> Vec3 {
+    let (vertex, layer) = (cache.slots[slot].vertex, &cache.layers[group]);
+    let at = &cache.vertices[vertex];
+    let visibility = if at.progress.visited || !cache.prior.knows_any() {
+        layer.visibility.get(vertex)
+    } else {
+        Visibility::taken_over(Origin::Deferred, cache.prior.at(cache.prior.cells_of(at), group as u32))
+    };
+    if visibility.fraction() == 0.0 {
+        return Vec3::ZERO;
+    }
+    let samples = Samples { light: group, visibility, sum: layer.sums.get(slot) };
+    let part = LitSlot::new(context, cache, slot, at.position).part(context.lights.group(group), samples);
+    part.irradiance * context.lights.group_factor(group) / PI
 }
 
 impl Cache {
@@ -257,7 +262,28 @@ struct LitSlot<'a> {
     shines: bool,
 }
 
-impl LitSlot<'_> {
+impl<'a> LitSlot<'a> {
+    /// A slot seen from `eye`.
+    fn new(context: &'a SceneContext<'a>, cache: &'a Cache, slot: SlotId, eye: Vec3) -> Self {
+        let record = &cache.slots[slot];
+        let vertex = &cache.vertices[record.vertex];
+        let receiver = Receiver {
+            x: vertex.position,
+            normal: record.normal(),
+            to_eye: (eye - vertex.position).normalize_or(record.normal()),
+            shininess: record.shininess().unwrap_or(0.0),
+        };
+        Self { context, vertex, receiver, shines: record.shininess().is_some() }
+    }
+
+    /// Light of a light group.
+    fn part(&self, emitter: LightGroup<'_>, samples: Samples) -> Part {
+        match emitter {
+            LightGroup::Single(source) => self.single(source, samples),
+            LightGroup::Shared(_) => self.group(emitter, samples),
+        }
+    }
+
     /// Light of one source.
     fn single(&self, source: &Source, samples: Samples) -> Part {
         let Receiver { x, normal, .. } = self.receiver;

@@ -28,6 +28,8 @@ pub struct PreviousLighting {
     guess: Sparse<SlotId, LightVector>,
     /// What all lights emit now, W.
     power: Vec3,
+    /// Vertices that gathered just before, and have not in the present light.
+    pub(super) outdated: u64,
 }
 
 /// The part of the rays of the lighting before that a first round takes, and the bounds of such a round: enough that
@@ -54,6 +56,18 @@ impl PreviousLighting {
             Some((lighting, older)) if lighting == *now => *gathered = older,
             Some((lighting, mut older)) => self.remember(&lighting, &mut older),
             None => {}
+        }
+        self.outdated = 0;
+        if let Some((_, before)) = &mut self.before {
+            let is_outdated = |vertex, rays| rays > 0 && gathered.rays.get(vertex) == 0;
+            before.rays.for_each_mut(|vertex, rays| self.outdated += u64::from(is_outdated(vertex, *rays)));
+        }
+    }
+
+    /// Notes that a vertex is gathering in the present light, or forgotten, which had not gathered in it.
+    pub fn note_gathered(&mut self, vertex: VertexId) {
+        if self.before.as_ref().is_some_and(|(_, before)| before.rays.get(vertex) > 0) {
+            self.outdated = self.outdated.saturating_sub(1);
         }
     }
 

@@ -89,8 +89,9 @@ impl Renderer {
         self.send(&mut plan, options.combine)?;
         if let Some(display) = options.combine {
             self.passes.combine.show_with(display.tone_mapping, &self.device, &self.bindings)?;
+            self.debug.prepare(&self.device, &self.uniform, &self.targets, display)?;
         }
-        let Self { commands, passes, bindings, targets, queries, .. } = self;
+        let Self { commands, passes, bindings, targets, queries, debug, .. } = self;
         let mut recording = commands.begin()?;
         if options.colour {
             recording.pass("colour", |pass| passes.colour.record(pass, bindings, targets));
@@ -100,7 +101,11 @@ impl Renderer {
                 .pass("luminance", |pass| passes.luminance.record(pass, bindings, targets, &plan, queries.as_ref()));
         }
         if options.combine.is_some() {
-            recording.pass("combine", |pass| passes.combine.record(pass, bindings, targets));
+            recording.pass("combine", |pass| {
+                if !debug.record(pass, targets) {
+                    passes.combine.record(pass, bindings, targets);
+                }
+            });
         }
         let times = recording.submit()?;
         self.mesh.drop_filling();

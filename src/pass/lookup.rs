@@ -51,6 +51,21 @@ impl Lookup {
         Ok(this)
     }
 
+    /// The trees of a mesh that was drawn without any.
+    pub(super) fn of_mesh(
+        device: &Device,
+        scene: &Scene,
+        mesh: &LuminanceMesh,
+        level: impl Fn(DrawnId) -> u8,
+    ) -> Result<Self> {
+        let mut this = Self::new(device, scene)?;
+        for id in mesh.drawn() {
+            this.place(id).level = level(DrawnId(id));
+            this.insert(FaceId(mesh.drawn_triangles.get(id).face), DrawnId(id), mesh)?;
+        }
+        Ok(this)
+    }
+
     /// Forgets all drawn triangles.
     pub(super) fn reset(&mut self) {
         let faces = 2 * self.corners.len();

@@ -9,7 +9,7 @@ mod combine;
 mod coplanar;
 mod counters;
 mod culled_visibility;
-
+mod debug_view;
 mod depth;
 mod device_array;
 mod fill;
@@ -20,6 +20,7 @@ mod lit_materials;
 mod lookup;
 mod luminance;
 mod mesh;
+mod modes;
 mod occlusion;
 mod options;
 mod pixel_counts;
@@ -37,6 +38,7 @@ mod update;
 mod visibility;
 mod warm_up;
 
+pub use debug_view::DebugImage;
 pub use depth::{Depth, DepthFormat, DepthOrder};
 pub use frame::{FrameOptions, FrameStats};
 pub use options::RendererOptions;

@@ -3,6 +3,7 @@
 use super::colour::Colour;
 use super::combine::Combine;
 use super::counters::Counters;
+use super::debug_view::Debug;
 use super::device_array::DeviceArray;
 use super::frustum::{Frustum, Place};
 use super::light_volume::Look;
@@ -62,6 +63,8 @@ pub struct Renderer {
     pub(super) mark_references: DeviceArray<u32>,
     pub(super) uniform: Buffer,
     pub(super) bindings: Bindings,
+    /// What is shown in place of the picture.
+    pub(super) debug: Debug,
     pub(super) commands: Commands,
     pub(super) view: View,
     /// Sub-pixel offset of the samples, pixels.
@@ -150,6 +153,7 @@ impl Renderer {
             targets,
             uniform,
             bindings,
+            debug: Debug::default(),
             commands,
             device,
         })

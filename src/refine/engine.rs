@@ -16,7 +16,7 @@ use super::roots::Roots;
 use super::rounds::Rounds;
 use super::scheduler::Scheduler;
 use super::smooth::Smoothing;
-use super::update::{DrawnPixels, EngineStats, Update};
+use super::update::{DrawnPixels, EngineStats, Shown, Update};
 use super::view::ViewState;
 use super::workers::{Workers, job_nanoseconds, thread_nanoseconds};
 use crate::cache::ids::{SlotId, VertexId};
@@ -83,6 +83,8 @@ pub struct Engine {
     pub(super) checks: PixelChecks,
     pub(super) predictions: Predictions,
     pub(super) publisher: Publisher,
+    /// What slots show.
+    pub(super) shown: Shown,
     /// Present rung of the ladder of tolerances.
     pub(super) tolerance: f32,
     /// Vertices taken for enclosed by other geometry because no light was found there: only as long as the lights stay.
@@ -150,6 +152,7 @@ impl Engine {
             checks: PixelChecks::new(!options.without.has(Piece::CheckRate)),
             predictions: Predictions::default(),
             publisher: Publisher::default(),
+            shown: Shown::default(),
             tolerance: FIRST_TOLERANCE.max(options.tolerance),
             enclosed: Vec::new(),
             waiting: Roots::default(),
@@ -292,12 +295,14 @@ impl Engine {
             self.cache.validate();
         }
         update.stats = self.current_stats();
+        update.shown = self.shown;
         update
     }
 
     /// Adds what slots show to an update.
-    fn publish_values(&mut self, update: &mut Update, slots: &[SlotId]) {
-        let values = |run: &[SlotId]| Values::of(&self.cache, &self.view, run);
+    pub(super) fn publish_values(&mut self, update: &mut Update, slots: &[SlotId]) {
+        let groups = self.groups_shown();
+        let values = |run: &[SlotId]| Values::of(&self.cache, run, |slot| self.value_to_show(&groups, slot));
         let values = self.workers.map_chunks(slots, FEW_SLOTS, values);
         self.publisher.add_values(update, values);
     }
@@ -312,6 +317,7 @@ impl Engine {
         let tables = self.view.bytes() + self.scheduler.bytes() + self.publisher.bytes();
         self.stats.cache_bytes = (self.cache.bytes() + tables) as u64;
         self.stats.unlit = self.scheduler.first_visits() as u64;
+        self.stats.outdated = self.cache.indirect.outdated();
         self.stats.complete = self.is_complete();
         let error = self.image.relative(self.checks.miss_rate());
         self.stats.estimated_error =

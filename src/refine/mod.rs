@@ -31,6 +31,7 @@ pub mod replay;
 mod roots;
 mod rounds;
 pub mod scheduler;
+mod shown;
 mod smooth;
 #[cfg(test)]
 mod testing;

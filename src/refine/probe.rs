@@ -19,7 +19,7 @@ use glam::Vec3;
 
 /// A pixel that is asked about.
 #[derive(Clone, Copy, Debug)]
-pub struct Question {
+pub struct PixelQuestion {
     /// The face that it shows.
     pub face: FaceId,
     /// Position of the eye, scene units.
@@ -31,7 +31,7 @@ pub struct Question {
 impl Engine {
     /// Explains a pixel by what was [settled](Engine::settle) last; `None` if its face never was in view.
     #[must_use]
-    pub fn explain(&self, question: &Question) -> Option<Explanation> {
+    pub fn explain(&self, question: &PixelQuestion) -> Option<Explanation> {
         let nodes = self.nodes_above(question)?;
         let leaf = *nodes.last()?;
         let drawn = nodes.iter().rev().find_map(|&node| self.drawn_at(node, question));
@@ -48,7 +48,7 @@ impl Engine {
     }
 
     /// The nodes that hold the pixel's centre, from the root of its face to a leaf.
-    fn nodes_above(&self, question: &Question) -> Option<Vec<NodeId>> {
+    fn nodes_above(&self, question: &PixelQuestion) -> Option<Vec<NodeId>> {
         let mut nodes = vec![self.cache.root_of(question.face)?];
         let corners = self.cache.corner_positions(nodes[0]);
         let weights = weights_on_ray(corners, question.eye, question.ray).unwrap_or([1.0 / 3.0; 3]);
@@ -62,7 +62,7 @@ impl Engine {
     }
 
     /// The triangle of a node that the pixel's centre lies in, or next to, with the barycentric weights of it.
-    fn drawn_at(&self, node: NodeId, question: &Question) -> Option<(DrawnId, [f32; 3])> {
+    fn drawn_at(&self, node: NodeId, question: &PixelQuestion) -> Option<(DrawnId, [f32; 3])> {
         let weights = |drawn: DrawnId| {
             let vertices = self.cache.drawn.triangles[drawn].slots.map(|slot| self.cache.slots[slot].vertex);
             let corners = vertices.map(|vertex| self.cache.vertices[vertex].position);

@@ -185,19 +185,19 @@ pub struct Values {
 }
 
 impl Values {
-    /// The present values of slots.
-    pub fn of(cache: &Cache, view: &ViewState, slots: &[SlotId]) -> Self {
+    /// The present values of slots, each by `value`.
+    pub fn of(cache: &Cache, slots: &[SlotId], value: impl Fn(SlotId) -> Slot) -> Self {
         let mut triangles = Vec::with_capacity(slots.len() * 6);
         for &slot in slots {
             let of_node = |drawn| cache.topology.nodes[cache.drawn.triangles[drawn].node].face;
             triangles.extend(cache.drawn.with_slot(slot).map(|drawn| (drawn, of_node(drawn))));
         }
-        Self { slots: slots.iter().map(|&slot| (slot, value(cache, view, slot))).collect(), triangles }
+        Self { slots: slots.iter().map(|&slot| (slot, value(slot))).collect(), triangles }
     }
 }
 
-/// What a slot shows.
-pub(super) fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
+/// What a slot shows of all light.
+pub fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
     let record = &cache.slots[slot];
     let weight = match record.direct() {
         Luminance { known: true, .. } => cache.weight(slot),
@@ -230,8 +230,9 @@ mod tests {
     fn next(square: &mut Judged, publisher: &mut Publisher, mesh: &mut HostMesh) -> Update {
         let (mut update, _) = publisher.redraw(&mut square.rooted.cache, &square.view);
         let slots = publisher.take_changed();
-        let values = slots.chunks(2).map(|run| Values::of(&square.cache, &square.view, run)).collect();
-        publisher.add_values(&mut update, values);
+        let values =
+            slots.chunks(2).map(|run| Values::of(&square.cache, run, |slot| value(&square.cache, &square.view, slot)));
+        publisher.add_values(&mut update, values.collect());
         mesh.apply(&update).expect("an update that fits the mesh");
         update
     }

@@ -157,6 +157,11 @@ impl Levels {
         update.drawn_triangles.iter().for_each(|(id, drawn)| put(&mut self.0, id.0, drawn.level, 0));
     }
 
+    /// All that were ever defined, with their levels.
+    pub fn all(&self) -> impl Iterator<Item = (DrawnId, u8)> + '_ {
+        (0..).map(DrawnId).zip(self.0.iter().copied())
+    }
+
     /// Level of a triangle; 0 if it was never defined.
     #[must_use]
     pub fn of(&self, id: DrawnId) -> u8 {

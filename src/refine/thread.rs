@@ -3,8 +3,8 @@
 use super::engine::{Budget, Counted, Engine, Visible};
 use super::explanation::Explanation;
 use super::nice::lower_priority;
-use super::probe::Question;
-use super::update::Update;
+use super::probe::PixelQuestion;
+use super::update::{Question, Shown, Update};
 use super::workers::Workers;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
 use glam::Vec3;
@@ -24,9 +24,13 @@ enum Command {
     /// Everything that waits to be shown.
     Settle,
     /// The same, and then why a pixel is so.
-    Explain(Question, Sender<Option<Explanation>>),
+    Explain(PixelQuestion, Sender<Option<Explanation>>),
     /// What the GPU has drawn.
     Counted(Counted),
+    /// Slots that show something else.
+    Show(Shown),
+    /// Something about each drawn triangle.
+    Ask(Question),
 }
 
 /// Whether batches follow the clock or the frame loop.
@@ -119,7 +123,7 @@ impl EngineThread {
 
     /// Asks for everything that waits to be shown, as [`Self::settle`] does, and why a pixel is so then. The answer comes before the update
     /// that is marked as [`Update::settled`].
-    pub fn explain(&self, question: Question) -> Receiver<Option<Explanation>> {
+    pub fn explain(&self, question: PixelQuestion) -> Receiver<Option<Explanation>> {
         let (tell, told) = bounded(1);
         self.send(Command::Explain(question, tell));
         told
@@ -128,6 +132,16 @@ impl EngineThread {
     /// Tells what the GPU has drawn. At pace [`Pace::Stepped`] no update answers.
     pub fn counted(&self, counted: Counted) {
         self.send(Command::Counted(counted));
+    }
+
+    /// Has slots show something else ([`Engine::show`]); exactly one update answers, with all of them.
+    pub fn show(&self, shown: Shown) {
+        self.send(Command::Show(shown));
+    }
+
+    /// Asks something of each drawn triangle ([`Engine::ask`]); exactly one update answers.
+    pub fn ask(&self, question: Question) {
+        self.send(Command::Ask(question));
     }
 
     fn send(&self, command: Command) {
@@ -247,6 +261,8 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
                 let _ = tell.send(engine.explain(&question));
                 update
             }
+            Some(Command::Show(shown)) => engine.show(shown),
+            Some(Command::Ask(question)) => engine.ask(question),
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(budget),
         };
@@ -277,7 +293,7 @@ mod tests {
             Command::View(_, visible) => visible.generation.into(),
             Command::Step(rays) => rays,
             Command::Counted(counted) => counted.sequence,
-            Command::Settle => 0,
+            Command::Settle | Command::Explain(..) | Command::Show(_) | Command::Ask(_) => 0,
         };
         std::iter::from_fn(|| queue.next(true).ok().flatten().map(number)).collect()
     }

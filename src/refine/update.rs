@@ -43,6 +43,40 @@ pub struct DrawnPixels {
     pub pixels: u32,
 }
 
+/// What slots show: light, or what a debug view asks for in its place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Shown {
+    /// D and S of all light.
+    #[default]
+    Light,
+    /// D of direct light alone, of the scene's light of this number, those of the same name and those that share a light group with them.
+    Direct(u32),
+    /// D and S of indirect light alone.
+    Indirect,
+    /// In place of D what is known: R is 1 without any value, G where it is a guess (from before the lights changed, or by what was
+    /// found around), B where other geometry covers the vertex; S is 0.
+    Knowledge,
+}
+
+/// What a debug view asks of each drawn triangle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Question {
+    /// The error expected of a pixel of it, relative to the image's mean: bits of a float.
+    Error,
+    /// The triangle of a light's own mesh that it is a part of: the largest above it below which the light was nowhere sampled, by
+    /// its number. The light is named as by [`Shown::Direct`].
+    LightMesh(u32),
+}
+
+/// What was asked of the drawn triangles in view.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// What was asked.
+    pub question: Question,
+    /// Triangles with their answers.
+    pub of: Vec<(DrawnId, u32)>,
+}
+
 /// One batch of changes, applied in order: slots, then drawn triangles, then patches.
 #[derive(Clone, Debug, Default)]
 pub struct Update {
@@ -62,6 +96,10 @@ pub struct Update {
     pub stats: EngineStats,
     /// Whether everything that waited to be shown is in it or in one before it ([`super::engine::Engine::settle`]).
     pub settled: bool,
+    /// What its slots show.
+    pub shown: Shown,
+    /// What was asked of the drawn triangles, if this answers it.
+    pub answer: Option<Answer>,
 }
 
 impl Update {
@@ -95,6 +133,8 @@ pub struct EngineStats {
     pub visible: u64,
     /// Those of them that have no value yet.
     pub unlit: u64,
+    /// Vertices whose indirect light was gathered before the lights changed, and not since.
+    pub outdated: u64,
     /// Every visible vertex has a first value.
     pub complete: bool,
     /// Nothing is left to do for this camera.

@@ -2,6 +2,7 @@
 
 use super::Session;
 use crate::error::Result;
+use crate::pass::UpdateMode;
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{Display, Scene};
 use glam::Vec3;
@@ -27,6 +28,24 @@ impl Session {
     #[must_use]
     pub const fn display(&self) -> Display {
         self.display
+    }
+
+    /// Changes how changed lighting is redrawn.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::NoDevice`] naming what the device lacks for it; the mode stays as it was.
+    pub fn set_update_mode(&mut self, mode: UpdateMode) -> Result<()> {
+        let levels = &self.levels;
+        self.renderer.add_mode(mode, &self.scene, |drawn| levels.of(drawn))?;
+        self.renderer.draw_all_next();
+        self.options.update = mode;
+        Ok(())
+    }
+
+    /// How changed lighting is redrawn.
+    #[must_use]
+    pub const fn update_mode(&self) -> UpdateMode {
+        self.options.update
     }
 
     /// Size of the pictures, pixels.

@@ -3,9 +3,9 @@
 use crate::error::{Error, Result};
 use crate::refine::engine::{Budget, Counted, Engine, Visible};
 use crate::refine::explanation::Explanation;
-use crate::refine::probe::Question;
+use crate::refine::probe::PixelQuestion;
 use crate::refine::thread::EngineThread;
-use crate::refine::update::Update;
+use crate::refine::update::{Question, Shown, Update};
 use glam::Vec3;
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -106,7 +106,7 @@ impl LightEngine {
     ///
     /// # Errors
     /// [`Error::Internal`] if the engine has stopped.
-    pub fn explain(&mut self, question: Question) -> Result<(Vec<Update>, Option<Explanation>)> {
+    pub fn explain(&mut self, question: PixelQuestion) -> Result<(Vec<Update>, Option<Explanation>)> {
         match self {
             Self::Thread(thread) => {
                 let answer = thread.explain(question);
@@ -129,6 +129,28 @@ impl LightEngine {
             updates.push(self.wait()?);
         }
         Ok(updates)
+    }
+
+    /// Has slots show something else; exactly one update answers, with all of them.
+    pub fn show(&mut self, shown: Shown) {
+        match self {
+            Self::Thread(thread) => thread.show(shown),
+            Self::Owned(owned) => {
+                let update = owned.engine.show(shown);
+                owned.updates.push_back(update);
+            }
+        }
+    }
+
+    /// Asks something of each drawn triangle; exactly one update answers.
+    pub fn ask(&mut self, question: Question) {
+        match self {
+            Self::Thread(thread) => thread.ask(question),
+            Self::Owned(owned) => {
+                let update = owned.engine.ask(question);
+                owned.updates.push_back(update);
+            }
+        }
     }
 
     /// Tells what the GPU has drawn.

@@ -7,6 +7,7 @@
 mod budget;
 mod clock;
 mod counting;
+mod debug_view;
 mod error_meter;
 mod frame;
 mod interactive;
@@ -26,6 +27,7 @@ mod visible;
 
 pub use budget::{Budget, EndedBy, Spent};
 pub use clock::Moment;
+pub use debug_view::DebugView;
 pub use error_meter::ErrorMeter;
 pub use frame::FrameReport;
 pub use light_engine::{Batches, LightEngine, Pace};
@@ -95,6 +97,7 @@ pub struct Session {
     frames: u64,
     stats: EngineStats,
     counting: Counting,
+    debug: debug_view::Debug,
     /// When frames are drawn while the camera is still.
     frames_come: Frames,
 }
@@ -142,6 +145,7 @@ impl Session {
             clock: Clock::default(),
             frames: 0,
             stats: EngineStats::default(),
+            debug: debug_view::Debug::default(),
         }
     }
 
@@ -195,6 +199,7 @@ impl Session {
         }
         let Turn { mut updates, answered } = self.take_updates(observer)?;
         let moved = self.drawn != self.wanted;
+        updates.extend(self.prepare_debug_view()?);
         self.clock.frame_begins();
         let ended_by = self.ended_by(observer.interrupted());
         // The last frame shows everything, whatever patches still wait; so do frames that are seldom, and the one with S of a new view.
@@ -396,6 +401,7 @@ impl Session {
             }
             self.levels.apply(update);
             self.renderer.apply(update)?;
+            self.hear_for_debug_view(update)?;
         }
         if answered {
             self.share_budget();
@@ -458,6 +464,6 @@ impl Session {
     /// Whether the engine has nothing to do until it hears more: of an owned one as it stands, of one on a thread by its last update.
     #[must_use]
     pub fn is_idle(&self) -> bool {
-        self.engine.is_idle().unwrap_or(self.is_answered() && self.stats.converged)
+        self.engine.is_idle().unwrap_or(self.is_answered() && self.stats.converged) && !self.debug.waits()
     }
 }

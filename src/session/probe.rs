@@ -4,7 +4,7 @@ use super::Session;
 use crate::error::{Error, Result};
 use crate::pass::{FrameOptions, Layers};
 use crate::refine::explanation::{Explanation, Light, NamedLight, as_array};
-use crate::refine::probe::Question;
+use crate::refine::probe::PixelQuestion;
 use crate::scene::FaceId;
 use crate::scene::camera::View;
 use glam::Vec3;
@@ -129,7 +129,7 @@ impl Session {
     /// What the engine knows of a pixel; the images show the same afterwards.
     fn explain(&mut self, face: FaceId, view: &View, index: usize) -> Result<Option<Explanation>> {
         let ray = view.direction(view.size.centre_of(index));
-        let (updates, surface) = self.engine.explain(Question { face, eye: view.eye, ray })?;
+        let (updates, surface) = self.engine.explain(PixelQuestion { face, eye: view.eye, ray })?;
         let moved = self.apply(&updates)?;
         self.renderer.frame(&FrameOptions {
             colour: moved,

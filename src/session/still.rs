@@ -38,6 +38,7 @@ impl Session {
     /// # Errors
     /// [`Error::Usage`] before there was a view; the device is lost or memory runs out.
     pub fn still(&mut self) -> Result<Still> {
+        self.draw_light()?;
         let shot = self.shot.as_ref().ok_or_else(|| Error::Usage("there is no view to make an image of".to_owned()))?;
         let (view, camera, display) = (shot.view, shot.camera, self.display);
         let (combined, layers) = take(&mut self.renderer, &view, display, self.options.redraws)?;

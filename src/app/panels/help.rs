@@ -1,0 +1,51 @@
+//! The help: commands with their keys, and what is set at present.
+
+use super::style::{MARGIN, frame};
+use crate::app::command::operator_name;
+use crate::app::table::ENTRIES;
+use crate::app::trigger::labels;
+use crate::app::viewer::Viewer;
+use egui::{Align2, Context, Grid, RichText, ScrollArea, Window};
+use winit::keyboard::KeyCode;
+
+/// Its size where the window is large enough, points.
+const HELP: egui::Vec2 = egui::vec2(980.0, 640.0);
+
+/// Lays it out.
+pub(super) fn lay_out(context: &Context, viewer: &Viewer, printed: &dyn Fn(KeyCode) -> Option<String>) {
+    let most = context.content_rect().size() - egui::Vec2::splat(6.0 * MARGIN);
+    let panel = Window::new("help").title_bar(false).frame(frame()).fixed_size(most.min(HELP));
+    panel.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
+        ScrollArea::both().auto_shrink(false).show(ui, |ui| {
+            ui.label("Shift flies three times as fast, Ctrl at a third");
+            Grid::new("keys").num_columns(3).striped(true).show(ui, |ui| {
+                for entry in ENTRIES.iter().filter(|entry| !entry.triggers.is_empty()) {
+                    ui.monospace(labels(entry.triggers, printed));
+                    ui.label(entry.help);
+                    ui.monospace(state(entry.name, viewer).unwrap_or_default());
+                    ui.end_row();
+                }
+            });
+            ui.separator();
+            ui.label("In scripts, these too:");
+            for entry in ENTRIES.iter().filter(|entry| entry.triggers.is_empty()) {
+                ui.label(RichText::new(entry.usage()).monospace()).on_hover_text(entry.help);
+            }
+        });
+    });
+}
+
+/// What a command has set at present.
+fn state(name: &str, viewer: &Viewer) -> Option<String> {
+    let switch = |on: bool| if on { "on" } else { "off" }.to_owned();
+    match name {
+        "hud.toggle" => Some(switch(viewer.open().hud)),
+        "hud.lights" => Some(switch(viewer.open().hud && viewer.open().lights)),
+        "help.toggle" => Some(switch(viewer.open().help)),
+        "tone-mapping.next" => Some(operator_name(viewer.session().display().tone_mapping).to_owned()),
+        "view.next" => Some(viewer.view().label(viewer.session().scene())),
+        "exposure.add" => Some(format!("{:+.1}", viewer.session().display().exposure)),
+        "camera.speed" => Some(format!("{:.3}/s", viewer.flight().speed)),
+        _ => None,
+    }
+}

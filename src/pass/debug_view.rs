@@ -1,0 +1,149 @@
+//! Debug views: an image of the frame, or a number of each drawn triangle, shown in place of the picture. Nothing is made before one
+//! is asked for.
+
+use super::device_array::DeviceArray;
+use super::renderer::Renderer;
+use super::targets::Targets;
+use crate::error::Result;
+use crate::refine::update::DrawnId;
+use crate::scene::{Display, ToneMapping};
+use crate::vk::buffer::Texel;
+use crate::vk::commands::Load;
+use crate::vk::pipeline::{ColourWrites, PipelineDesc};
+use crate::vk::report::DISPLAY_FORMAT;
+use crate::vk::{Bindings, Buffer, Device, Image, Pass, Pipeline, shaders};
+use std::sync::Arc;
+
+/// What is shown in place of the picture; the numbers are those of `glsl/debug_view.frag`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DebugImage {
+    /// k_d as it is, 1 white.
+    Kd = 0,
+    /// k_s likewise.
+    Ks = 1,
+    /// L_e, displayed as the picture is.
+    Emission = 2,
+    /// What stands for D, displayed as the picture is.
+    Diffuse = 3,
+    /// What stands for S, displayed as the picture is.
+    Specular = 4,
+    /// A colour for each face.
+    Faces = 5,
+    /// The number of each drawn triangle as a level of refinement.
+    Level = 6,
+    /// The bits of a float for each drawn triangle, an error relative to the image's mean.
+    Error = 7,
+    /// What stands for D as [`crate::refine::update::Shown::Knowledge`].
+    Knowledge = 8,
+    /// The picture with the lines of the drawn triangles.
+    Mesh = 9,
+    /// The picture with lines where the numbers of drawn triangles change.
+    LightMesh = 10,
+}
+
+/// The debug view, if there is one.
+#[derive(Default)]
+pub(super) struct Debug {
+    /// What is shown in place of the picture.
+    image: Option<DebugImage>,
+    made: Option<Made>,
+}
+
+/// What a debug view needs on the device.
+struct Made {
+    bindings: Bindings,
+    /// A number for each drawn triangle.
+    values: DeviceArray<u32>,
+    /// The images that are bound, by one that goes with them.
+    bound: Option<Arc<Image>>,
+    /// What it shows, and with which operator.
+    pipeline: Option<(DebugImage, ToneMapping, Pipeline)>,
+}
+
+impl Made {
+    fn new(device: &Device, uniform: &Buffer) -> Result<Self> {
+        let mut bindings = Bindings::new(device, "debug view", 7, 1)?;
+        bindings.bind_uniform(uniform);
+        Ok(Self { bindings, values: DeviceArray::new(device, "debug values")?, bound: None, pipeline: None })
+    }
+
+    fn prepare(&mut self, device: &Device, targets: &Targets, image: DebugImage, operator: ToneMapping) -> Result<()> {
+        self.values.flush(device)?;
+        self.bindings.bind_texel_buffers(&[(self.values.buffer(), Texel::Word)]);
+        if self.bound.as_ref().is_none_or(|bound| !Arc::ptr_eq(bound, &targets.display)) {
+            let [ids, kd, ks, emission, diffuse, specular] = targets.sampled();
+            self.bindings.bind_images(&[ids, kd, ks, emission, diffuse, specular, &targets.drawn_ids]);
+            self.bound = Some(Arc::clone(&targets.display));
+        }
+        if self.pipeline.as_ref().is_none_or(|(shown, with, _)| (*shown, *with) != (image, operator)) {
+            let desc = PipelineDesc {
+                vertex: shaders::FULLSCREEN_VERT,
+                fragment: Some(shaders::DEBUG_VIEW_FRAG),
+                colour: &[DISPLAY_FORMAT],
+                depth_stencil: None,
+                colour_writes: ColourWrites::Replace,
+                constants: &[0, operator as u32, image as u32],
+            };
+            self.pipeline = Some((image, operator, Pipeline::new(device, "debug view", &self.bindings, &desc)?));
+        }
+        Ok(())
+    }
+}
+
+impl Debug {
+    /// Makes what is needed to show a view with these settings, if there is one.
+    pub(super) fn prepare(
+        &mut self,
+        device: &Device,
+        uniform: &Buffer,
+        targets: &Targets,
+        display: Display,
+    ) -> Result<()> {
+        let Some(image) = self.image else { return Ok(()) };
+        let made = match self.made.take() {
+            Some(made) => made,
+            None => Made::new(device, uniform)?,
+        };
+        self.made.insert(made).prepare(device, targets, image, display.tone_mapping)
+    }
+
+    /// Records the view in place of the picture; whether there is one.
+    pub(super) fn record<'a>(&'a self, pass: &Pass<'a>, targets: &'a Targets) -> bool {
+        let made = self.made.as_ref().filter(|_| self.image.is_some());
+        let Some((made, (.., pipeline))) = made.and_then(|made| Some((made, made.pipeline.as_ref()?))) else {
+            return false;
+        };
+        pass.render(&[&targets.display], None, Load::Keep, |draws| {
+            draws.bind(pipeline, &made.bindings);
+            draws.triangles(0, 1);
+        });
+        true
+    }
+}
+
+impl Renderer {
+    /// Has the next pictures show something else in their place; `None` the picture itself.
+    pub fn set_debug_image(&mut self, image: Option<DebugImage>) {
+        self.debug.image = image;
+    }
+
+    /// What is shown in place of the picture.
+    #[must_use]
+    pub const fn debug_image(&self) -> Option<DebugImage> {
+        self.debug.image
+    }
+
+    /// Takes the numbers of drawn triangles that debug views show; those of others stay.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn set_debug_values(&mut self, values: impl IntoIterator<Item = (DrawnId, u32)>) -> Result<()> {
+        let made = match self.debug.made.take() {
+            Some(made) => made,
+            None => Made::new(&self.device, &self.uniform)?,
+        };
+        let made = self.debug.made.insert(made);
+        values.into_iter().for_each(|(drawn, value)| made.values.set(drawn.0, value));
+        Ok(())
+    }
+}
