@@ -11,6 +11,7 @@ use super::update::{Context, UpdateMode};
 use crate::error::Result;
 use crate::refine::update::{DrawnId, DrawnPixels};
 use crate::scene::Display;
+use crate::trace::{self, within};
 use crate::vk::Buffer;
 use crate::vk::timestamp::PassTimes;
 
@@ -85,12 +86,13 @@ impl Renderer {
     /// # Errors
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
     pub fn frame(&mut self, options: &FrameOptions) -> Result<FrameStats> {
-        let (mut plan, patches) = self.plan(options);
-        self.send(&mut plan, options.combine)?;
+        let (mut plan, patches) = within("plan", || self.plan(options));
+        within("send", || self.send(&mut plan, options.combine))?;
         if let Some(display) = options.combine {
             self.passes.combine.show_with(display.tone_mapping, &self.device, &self.bindings)?;
         }
         let Self { commands, passes, bindings, targets, queries, .. } = self;
+        let record = trace::span("record");
         let mut recording = commands.begin()?;
         if options.colour {
             recording.pass("colour", |pass| passes.colour.record(pass, bindings, targets));
@@ -102,6 +104,7 @@ impl Renderer {
         if options.combine.is_some() {
             recording.pass("combine", |pass| passes.combine.record(pass, bindings, targets));
         }
+        drop(record);
         let times = recording.submit()?;
         self.times.extend(times);
         if self.options.atomic_counts {

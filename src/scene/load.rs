@@ -15,6 +15,7 @@ use super::texture::Texture;
 use super::up_axis::UpAxis;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
+use crate::trace;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashSet;
@@ -95,10 +96,12 @@ pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
 /// # Errors
 /// Those of [`load_with`].
 pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Geometry) + Send) -> Result<Loaded> {
+    let _load = trace::span("load");
     let start = Instant::now();
     let main = open(path, up)?;
     let (description, mut report) = main.describe(path, DVec3::ZERO);
     let mut timings = Timings::default();
+    let parsing = trace::span("parse");
     let (paths, bytes) = read_objs(path, &description, &mut report);
     let (mut files, origin) = parse_objs(&paths, &bytes);
     drop(bytes);
@@ -106,6 +109,7 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
     warn_of_origin(path, origin, &mut report);
     files.iter_mut().for_each(|file| report.faults.append(&mut file.text.report.faults));
     timings.text = start.elapsed();
+    drop(parsing);
     let mut library = MaterialLibrary::default();
     let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut library, &mut report)).collect();
     library.settle_opacities(in_use(&files, &named), &mut report);
@@ -314,6 +318,7 @@ fn starts_without_material(faces: &[u8]) -> bool {
 type Decoded = ((Vec<Texture>, Vec<Option<TextureMap>>, Report), Duration);
 
 fn decode(library: &MaterialLibrary) -> Decoded {
+    let _textures = trace::span("textures");
     let start = Instant::now();
     let mut report = Report::default();
     let requests: Vec<_> = library.drawn().flat_map(materials::requests).map(|(_, request)| request).collect();

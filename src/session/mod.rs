@@ -43,6 +43,7 @@ use crate::refine::replay::Levels;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::camera::{Camera, View};
 use crate::scene::{Display, FaceId, Scene};
+use crate::trace::{self, within};
 use clock::Clock;
 use counting::Counting;
 use glam::Vec3;
@@ -149,7 +150,9 @@ impl Session {
     }
 
     fn aim(&mut self, shot: Shot, factors: &[Vec3]) -> Result<()> {
+        let _look = trace::span("look");
         let (faces, image) = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
+        trace::instant("camera", || Some(format!("view {}", self.wanted + 1)));
         self.send_view(faces, image, factors);
         self.renderer.relight(factors)?;
         self.shot = Some(shot);
@@ -174,7 +177,8 @@ impl Session {
         if self.shot.is_none() {
             return Err(Error::Usage("there is no view to draw".to_owned()));
         }
-        let Turn { mut updates, moved } = self.take_updates(observer)?;
+        let _frame = trace::span("frame");
+        let Turn { mut updates, moved } = within("take updates", || self.take_updates(observer))?;
         self.clock.frame_begins();
         let ended_by = self.ended_by(observer.interrupted());
         // The last frame shows everything, whatever patches still wait; so do frames that are seldom.
@@ -205,7 +209,15 @@ impl Session {
         let at = self.clock.frame_ends(combined, self.stats.complete);
         let frame = self.frames;
         self.frames += 1;
+        self.count();
         Ok(FrameReport { frame, at, camera_moved: moved, passes, engine: self.stats, combined, ended_by, updates })
+    }
+
+    /// Notes what grows, where a trace is recorded.
+    fn count(&self) {
+        trace::counter("rays", self.stats.rays as f64);
+        trace::counter("vertices", self.stats.vertices as f64);
+        trace::counter("memory, MiB", self.memory_bytes() as f64 / f64::from(1 << 20));
     }
 
     /// Turns until the budget of the present view is spent, nothing is left to do, or the observer interrupts; tells it of each frame.

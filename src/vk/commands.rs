@@ -13,6 +13,7 @@ use super::pipeline::{DepthBias, DepthStencil, Pipeline};
 use super::query::OcclusionQueries;
 use super::timestamp::{PassTimes, Timestamps};
 use crate::error::Result;
+use crate::trace;
 use ash::vk;
 use bytemuck::NoUninit;
 use std::cell::Cell;
@@ -156,17 +157,20 @@ impl<'a> Recording<'a> {
     /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
     pub fn submit(self) -> Result<PassTimes> {
         let core = &self.commands.tracked.core;
+        let submitting = trace::span("submit");
         let buffers = [self.commands.buffer];
         let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
+        let submitted = if trace::is_on() { trace::now() } else { 0 };
         // SAFETY: the buffer was recorded by this struct alone; the mutex guards the queue.
         unsafe {
             core.raw.end_command_buffer(self.commands.buffer).map_err(|e| error(e, "recording commands"))?;
             let queue = core.queue.lock().unwrap_or_else(PoisonError::into_inner);
             core.raw.queue_submit(*queue, &submit, self.commands.fence).map_err(|e| error(e, "submitting commands"))?;
         }
-        self.commands.wait()?;
+        drop(submitting);
+        trace::within("wait", || self.commands.wait())?;
         match &self.commands.timestamps {
-            Some(timestamps) => timestamps.read(&self.passes),
+            Some(timestamps) => timestamps.read(&self.passes, submitted),
             None => Ok(PassTimes::default()),
         }
     }

@@ -1,5 +1,6 @@
 //! The logical device: choice, creation, names of objects, and what is still alive when it goes.
 
+use super::calibration::Calibration;
 use super::error;
 use super::instance::Instance;
 use super::memory::Memory;
@@ -42,6 +43,8 @@ pub(super) struct DeviceCore {
     pub(super) queue: Mutex<vk::Queue>,
     pub(super) queue_family: u32,
     pub(super) timestamp_period_ns: Option<f32>,
+    /// Where the device's clock can be compared with the host's.
+    pub(super) calibration: Option<Calibration>,
     pub(super) memory: Memory,
     /// Texels that a view of a buffer may have.
     pub(super) max_texels: u32,
@@ -145,9 +148,22 @@ impl DeviceCore {
             }
         };
         let timestamp_period_ns = chosen.timestamp_period_ns;
+        let calibration = chosen.calibration.map(|extension| Calibration::new(&instance, &raw, extension));
         let (queue, live) = (Mutex::new(queue), Mutex::default());
         let (physical, max_texels) = (chosen.raw, chosen.max_texels);
-        Ok(Self { raw, queue, queue_family, timestamp_period_ns, memory, max_texels, debug, live, physical, instance })
+        Ok(Self {
+            raw,
+            queue,
+            queue_family,
+            timestamp_period_ns,
+            calibration,
+            memory,
+            max_texels,
+            debug,
+            live,
+            physical,
+            instance,
+        })
     }
 
     /// What the device allows images made as `info` says.
@@ -279,6 +295,7 @@ fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32, pre
     if optional.stencil_export {
         extensions.push(ext::shader_stencil_export::NAME.as_ptr());
     }
+    extensions.extend(chosen.calibration.map(|extension| extension.name().as_ptr()));
     if presents {
         extensions.push(khr::swapchain::NAME.as_ptr());
     }

@@ -13,6 +13,7 @@
 
 pub mod barrier;
 pub mod buffer;
+mod calibration;
 pub mod commands;
 pub mod descriptor;
 pub mod device;

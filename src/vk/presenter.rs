@@ -12,6 +12,7 @@ use super::surface::Surface;
 use super::swapchain::{Fault, Swapchain, Vsync};
 use super::{barrier, error};
 use crate::error::Result;
+use crate::trace;
 use ash::vk;
 use std::sync::{Arc, PoisonError};
 
@@ -87,8 +88,9 @@ impl Presenter {
         gui: &mut Gui,
         window: vk::Extent2D,
     ) -> Result<Presented> {
+        let _present = trace::span("present");
         overlay.update(gui)?;
-        self.slots[self.next].wait()?;
+        trace::within("wait for a picture", || self.slots[self.next].wait())?;
         for _ in 0..ATTEMPTS {
             match self.attempt(picture, overlay, gui, window) {
                 Ok(Some(presented)) => return Ok(presented),
