@@ -29,7 +29,10 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("pass", &["math", "error", "scene", "vk", "image", "log", "trace", "refine::update"]),
     (
         "session",
-        &["math", "error", "scene", "geom", "light", "estimate", "refine", "vk", "pass", "image", "log", "system", "trace"],
+        &[
+            "math", "error", "scene", "geom", "light", "estimate", "refine", "vk", "pass", "image", "log", "system",
+            "trace",
+        ],
     ),
 ];
 

@@ -46,6 +46,7 @@ pub fn play(session: Session, mut plan: Plan, film: &Film) -> Result<Vec<PathBuf
             break;
         }
     }
+    plan.finish(viewer.session())?;
     viewer.finish()
 }
 

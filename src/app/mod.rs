@@ -12,6 +12,7 @@ pub mod flight;
 pub mod headless;
 pub mod libraries;
 pub mod lights;
+pub mod log;
 pub mod panels;
 pub mod pick;
 pub mod recording;
@@ -25,14 +26,15 @@ pub mod viewer;
 pub mod window;
 pub mod words;
 
+use crate::error::Result;
 use crate::scene::camera::Camera;
-use crate::session::Observer;
+use crate::session::{FrameReport, Observer, Session};
+use log::Log;
 use script::Script;
 use std::path::PathBuf;
 use viewer::Open;
 
 /// What is to be done, with a window or without.
-#[derive(Clone, Debug)]
 pub struct Plan {
     /// Where the camera is at first.
     pub camera: Camera,
@@ -42,6 +44,8 @@ pub struct Plan {
     pub open: Open,
     /// Commands with their times; empty without a script.
     pub script: Script,
+    /// The frame log, if one is written.
+    pub log: Option<Log>,
     /// Whether the user has asked for an end from outside.
     pub interrupted: fn() -> bool,
 }
@@ -49,6 +53,20 @@ pub struct Plan {
 impl Observer for Plan {
     fn interrupted(&self) -> bool {
         (self.interrupted)()
+    }
+
+    fn frame(&mut self, session: &mut Session, report: &FrameReport) -> Result<()> {
+        self.log.as_mut().map_or(Ok(()), |log| log.frame(session, report))
+    }
+}
+
+impl Plan {
+    /// Writes what is written in the end: the summary beside the log.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Io`] naming the file.
+    pub fn finish(&mut self, session: &Session) -> Result<()> {
+        self.log.take().map_or(Ok(()), |log| log.finish(session))
     }
 }
 

@@ -114,6 +114,7 @@ impl<T: Fn(Reply)> Stage<T> {
                 self.picture()?;
             }
         }
+        self.plan.finish(self.viewer.session())?;
         self.viewer.finish()
     }
 

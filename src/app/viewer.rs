@@ -12,6 +12,7 @@ use crate::refine::update::EngineStats;
 use crate::scene::camera::{Camera, ImageSize};
 use crate::scene::{Display, ToneMapping};
 use crate::session::{FrameReport, Observer, Session};
+use crate::trace;
 use glam::{Vec2, Vec3};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -181,7 +182,7 @@ impl Viewer {
     /// Draws a frame, if there is one to draw.
     ///
     /// # Errors
-    /// As [`Session::step`].
+    /// As [`Session::step`], or what the observer could not do.
     pub fn frame(&mut self, observer: &mut dyn Observer) -> Result<Option<FrameReport>> {
         if !self.changed && !self.redisplay && self.session.is_idle() {
             return Ok(None);
@@ -191,6 +192,7 @@ impl Viewer {
         }
         self.redisplay = false;
         let report = self.session.step(observer)?;
+        observer.frame(&mut self.session, &report)?;
         self.stats = report.engine;
         self.recording.frame(self.time, &self.flight.camera, &self.lights);
         Ok(Some(report))
@@ -213,6 +215,7 @@ impl Viewer {
     /// before.
     pub fn execute(&mut self, command: &Command) -> Result<()> {
         script::check(command, self.session.scene()).map_err(Error::Usage)?;
+        trace::instant("command", || Some(command.to_string()));
         let records = matches!(command, Command::RecordSession(_) | Command::RecordCamera(_) | Command::RecordStop);
         if !records && *command != Command::Quit {
             self.recording.command(self.time, command);

@@ -23,6 +23,7 @@ pub mod render;
 pub mod scene;
 mod studio;
 mod tilts;
+mod trace;
 mod values;
 pub mod verdict;
 pub mod view;
@@ -62,7 +63,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
     interrupt::install()?;
     match command {
         Command::Render(args) => render::run(args, start),
-        Command::View(args) => view::run(args),
+        Command::View(args) => view::run(args, start),
         Command::Compare(args) => compare::run(args, start),
         Command::Reference(args) => reference::run(args),
         Command::Diff(args) => diff::run(args),

@@ -118,10 +118,7 @@ mod tests {
         write(&path, &[thread, device]).expect("written");
         let text = std::fs::read_to_string(&path).expect("text");
         let written: Value = serde_json::from_str(&text).expect("JSON");
-        assert_eq!(
-            written["otherData"]["dropped"],
-            "the trace is not whole: events were dropped, 2 of engine"
-        );
+        assert_eq!(written["otherData"]["dropped"], "the trace is not whole: events were dropped, 2 of engine");
         let expected = json!([
             { "ph": "M", "name": "process_name", "pid": 1, "tid": 0, "ts": 0.0, "args": { "name": "penombre" } },
             { "ph": "M", "name": "process_name", "pid": 2, "tid": 0, "ts": 0.0, "args": { "name": "GPU" } },

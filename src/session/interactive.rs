@@ -1,6 +1,6 @@
 //! What an interactive run changes on the way: the size of its pictures and how they are displayed.
 
-use super::Session;
+use super::{Options, Session};
 use crate::error::Result;
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::{Display, Scene};
@@ -33,6 +33,12 @@ impl Session {
     #[must_use]
     pub const fn size(&self) -> ImageSize {
         self.options.size
+    }
+
+    /// How it runs, at its present size.
+    #[must_use]
+    pub const fn options(&self) -> &Options {
+        &self.options
     }
 
     /// The scene.

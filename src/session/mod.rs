@@ -18,6 +18,7 @@ mod recording;
 mod run_log;
 mod setup;
 mod still;
+mod summarise;
 mod thread_times;
 mod totals;
 mod visible;

@@ -14,5 +14,6 @@ mod exr;
 mod files;
 mod messages;
 mod process;
+mod trace;
 mod view;
 mod window;
