@@ -25,6 +25,16 @@ impl Lights {
         Self(lights.iter().map(|light| Setting { name: light.name.clone(), on: true, power: 1.0 }).collect())
     }
 
+    /// As these are set, for the lights of another scene: those of the same name; others are as loaded.
+    #[must_use]
+    pub fn carried_to(&self, lights: &[Light]) -> Self {
+        let mut carried = Self::new(lights);
+        for Setting { name, on, power } in &self.0 {
+            carried.change(name, |light| (light.on, light.power) = (*on, *power));
+        }
+        carried
+    }
+
     /// Every light.
     #[must_use]
     pub fn all(&self) -> &[Setting] {

@@ -16,6 +16,8 @@ pub mod log;
 pub mod panels;
 pub mod pick;
 pub mod recording;
+pub mod recovery;
+pub mod reload;
 pub mod screen;
 pub mod script;
 pub mod shots;
@@ -30,6 +32,7 @@ use crate::error::Result;
 use crate::scene::camera::Camera;
 use crate::session::{FrameReport, Observer, Session};
 use log::Log;
+use reload::Source;
 use script::Script;
 use std::path::PathBuf;
 use viewer::Open;
@@ -44,6 +47,8 @@ pub struct Plan {
     pub open: Open,
     /// Commands with their times; empty without a script.
     pub script: Script,
+    /// Where the scene is loaded from.
+    pub source: Source,
     /// The frame log, if one is written.
     pub log: Option<Log>,
     /// Whether the user has asked for an end from outside.

@@ -5,6 +5,7 @@ use super::flight::Flight;
 use super::lights::Lights;
 use super::pick;
 use super::recording::Recording;
+use super::reload::Fresh;
 use super::script;
 use super::shots::{Shot, Shots};
 use crate::error::{Error, Result};
@@ -58,6 +59,10 @@ pub struct Viewer {
     /// Seconds since the first picture.
     time: f64,
     message: Option<(String, f64)>,
+    /// What is wrong with the scene's files, as long as it is.
+    fault: Option<String>,
+    /// Whether the scene is to be loaded again.
+    reload: bool,
     ended: bool,
     /// The engine's totals as the last frame shows them.
     stats: EngineStats,
@@ -81,6 +86,8 @@ impl Viewer {
             redisplay: false,
             time: 0.0,
             message: None,
+            fault: None,
+            reload: false,
             ended: false,
             stats: EngineStats::default(),
         }
@@ -119,7 +126,8 @@ impl Viewer {
     /// What is to be said now.
     #[must_use]
     pub fn message(&self) -> Option<&str> {
-        self.message.as_ref().filter(|(_, until)| self.time < *until).map(|(text, _)| text.as_str())
+        let message = self.message.as_ref().filter(|(_, until)| self.time < *until).map(|(text, _)| text);
+        message.or(self.fault.as_ref()).map(String::as_str)
     }
 
     /// How much longer that is to be said.
@@ -188,7 +196,9 @@ impl Viewer {
             return Ok(None);
         }
         if std::mem::take(&mut self.changed) {
-            self.session.look_through(&self.flight.camera, &self.lights.factors())?;
+            let looked = self.session.look_through(&self.flight.camera, &self.lights.factors());
+            self.changed = looked.is_err();
+            looked?;
         }
         self.redisplay = false;
         let report = self.session.step(observer)?;
@@ -196,6 +206,38 @@ impl Viewer {
         self.stats = report.engine;
         self.recording.frame(self.time, &self.flight.camera, &self.lights);
         Ok(Some(report))
+    }
+
+    /// Whether the scene is to be loaded again, for the caller to do it.
+    pub const fn take_reload(&mut self) -> bool {
+        std::mem::replace(&mut self.reload, false)
+    }
+
+    /// Takes a scene that was loaded again: the camera stays, and the lights of the same names as they are set. What is wrong with
+    /// the files is said until it is mended, and all stays as it was.
+    ///
+    /// # Errors
+    /// As [`Session::replace_scene`].
+    pub fn reloaded(&mut self, loaded: Result<Fresh>) -> Result<()> {
+        let Fresh { scene, bvh, warnings, .. } = match loaded {
+            Ok(fresh) => fresh,
+            Err(fault @ (Error::Input(_) | Error::Io { .. } | Error::Usage(_))) => {
+                self.fault = Some(first_lines(fault.to_string().lines()));
+                return Ok(());
+            }
+            Err(other) => return Err(other),
+        };
+        let shift = (self.session.scene().origin - scene.origin).as_vec3();
+        self.session.replace_scene(&scene, bvh)?;
+        self.flight.shift(shift);
+        self.flight.pivot = None;
+        self.user =
+            self.user.map(|user| Camera { position: user.position + shift, look_at: user.look_at + shift, ..user });
+        self.lights = self.lights.carried_to(&scene.lights);
+        (self.fault, self.changed) = (None, true);
+        let said = std::iter::once("the scene was loaded again").chain(warnings.iter().map(String::as_str));
+        self.say(first_lines(said));
+        Ok(())
     }
 
     /// Pictures that are to be written once the next frame is shown, for the caller to take.
@@ -224,6 +266,7 @@ impl Viewer {
             Command::RecordCamera(_) | Command::RecordSession(_) | Command::RecordStop => self.record(command)?,
             Command::ToggleLight(name) => self.set_light(name, |light| light.on = !light.on),
             Command::DimLight(name, power) => self.set_light(name, |light| light.power = *power),
+            Command::Reload => self.reload = true,
             Command::Screenshot(path) => self.shots.ask(path.as_deref(), true),
             Command::Picture(path) => self.shots.ask(path.as_deref(), false),
             Command::ToggleHud => self.open.hud = !self.open.hud,
@@ -366,6 +409,12 @@ impl Viewer {
         }
         Ok(())
     }
+}
+
+/// As many lines as a message may have.
+fn first_lines<'a>(lines: impl Iterator<Item = &'a str>) -> String {
+    const MOST: usize = 6;
+    lines.take(MOST).collect::<Vec<_>>().join("\n")
 }
 
 fn next_operator(operator: ToneMapping) -> ToneMapping {

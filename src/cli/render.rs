@@ -159,10 +159,10 @@ impl<'a> Making<'a> {
     fn make(&mut self, session: &mut Session, pictures: &Pictures) -> Result<EndedBy> {
         for index in 0..pictures.count() {
             let picture = pictures.picture(index, self.scene);
-            session.show(&picture)?;
+            self.surviving(session, |session, _| session.show(&picture))?;
             self.watch.progress.picture(picture.index, picture.of);
-            let by = session.run(&mut self.watch)?;
-            let still = session.still()?;
+            let by = self.surviving(session, Session::run)?;
+            let still = self.surviving(session, |session, _| session.still())?;
             self.write(&still, &picture)?;
             if !self.doubted
                 && let Some(doubt) = session.unfinished(by).or_else(|| black(&still, self.scene, &picture))
@@ -175,6 +175,22 @@ impl<'a> Making<'a> {
             }
         }
         Ok(EndedBy::Path)
+    }
+
+    /// Does something with the session; once more if the device is lost meanwhile.
+    fn surviving<R>(
+        &mut self,
+        session: &mut Session,
+        mut what: impl FnMut(&mut Session, &mut dyn Observer) -> Result<R>,
+    ) -> Result<R> {
+        let fault = match what(session, &mut self.watch) {
+            Err(fault) => fault,
+            done => return done,
+        };
+        let said = format!("warning: {fault}; it was opened again");
+        session.recover(fault)?;
+        self.warn(&said);
+        what(session, &mut self.watch)
     }
 
     fn write(&mut self, still: &Still, picture: &Picture) -> Result<()> {

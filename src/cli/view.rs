@@ -5,6 +5,7 @@ use super::{Outcome, interrupt, numbered, output, scene, trace};
 use crate::app::Plan;
 use crate::app::headless::{self, Film};
 use crate::app::log::Log;
+use crate::app::reload::Source;
 use crate::app::script::Script;
 use crate::app::viewer::Open;
 use crate::app::window::{self, Show};
@@ -35,9 +36,10 @@ pub fn run(args: &ViewArgs, start: Instant) -> Result<Outcome> {
 fn view(args: &ViewArgs, script: Script, start: Instant) -> Result<Outcome> {
     let mut hierarchy = None;
     let loading = Instant::now();
-    let Loaded { scene, report, .. } = scene::load_and_warn_beside(&args.scene, args.cpu.verbosity, |geometry| {
-        hierarchy = Some(Hierarchy::start(geometry));
-    })?;
+    let Loaded { scene, report, files, .. } =
+        scene::load_and_warn_beside(&args.scene, args.cpu.verbosity, |geometry| {
+            hierarchy = Some(Hierarchy::start(geometry));
+        })?;
     let hierarchy = hierarchy.ok_or_else(|| Error::Internal("a scene was loaded without triangles".to_owned()))??;
     script.check(&scene)?;
     let mut summary = Summary::of_this_run();
@@ -50,6 +52,7 @@ fn view(args: &ViewArgs, script: Script, start: Instant) -> Result<Outcome> {
         name: args.scene.path.file_stem().map_or_else(|| PathBuf::from("scene"), PathBuf::from),
         open: Open { hud: !args.headless, lights: false, help: false },
         script,
+        source: Source { path: args.scene.path.clone(), up: args.scene.up, files },
         log: args.log.as_deref().map(|path| Log::create(path, summary, start)).transpose()?,
         interrupted: interrupt::requested,
     };

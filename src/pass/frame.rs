@@ -84,7 +84,7 @@ impl Renderer {
     /// Draws a frame: colour if asked, the luminance that changed (or all of it), the picture if asked.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn frame(&mut self, options: &FrameOptions) -> Result<FrameStats> {
         let (mut plan, patches) = within("plan", || self.plan(options));
         within("send", || self.send(&mut plan, options.combine))?;

@@ -217,6 +217,13 @@ impl Engine {
         update
     }
 
+    /// All that the updates so far add up to, for a renderer that holds nothing of it; under the number of the last.
+    pub fn whole(&mut self) -> Update {
+        let mut update = self.publisher.whole(&self.cache, &self.view);
+        update.stats = self.current_stats();
+        update
+    }
+
     /// Whether nothing is left to do for this view until more is heard of it: an empty queue says so on the last rung
     /// of the ladder of tolerances only.
     #[must_use]

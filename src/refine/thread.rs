@@ -22,6 +22,8 @@ enum Command {
     Step(u64),
     /// Everything that waits to be shown.
     Settle,
+    /// All that the updates so far add up to.
+    Whole,
     /// What the GPU has drawn.
     Counted(Counted),
 }
@@ -118,6 +120,11 @@ impl EngineThread {
         self.send(Command::Settle);
     }
 
+    /// Asks for all that the updates so far add up to; the update that has it is marked as [`Update::whole`].
+    pub fn whole(&self) {
+        self.send(Command::Whole);
+    }
+
     /// Tells what the GPU has drawn. At pace [`Pace::Stepped`] no update answers.
     pub fn counted(&self, counted: Counted) {
         self.send(Command::Counted(counted));
@@ -204,6 +211,7 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
                 engine.step(budget)
             }
             Some(Command::Settle) => engine.settle(),
+            Some(Command::Whole) => engine.whole(),
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(budget),
         };

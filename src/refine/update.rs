@@ -62,6 +62,8 @@ pub struct Update {
     pub stats: EngineStats,
     /// Whether everything that waited to be shown is in it or in one before it ([`super::engine::Engine::settle`]).
     pub settled: bool,
+    /// Whether it holds all that those before it add up to, for a renderer that holds nothing ([`super::engine::Engine::whole`]).
+    pub whole: bool,
 }
 
 impl Update {

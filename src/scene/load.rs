@@ -29,6 +29,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// Warnings.
     pub report: Report,
+    /// Every file that was read.
+    pub files: Vec<PathBuf>,
     /// What became of the triangles.
     pub counts: Counts,
     /// Where the time went.
@@ -136,10 +138,20 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
     if report.has_errors() {
         return Err(Error::Input(report));
     }
+    let files = files_read(path, paths, &library, &images);
     let scene = finish_scene(path, (description, origin), soup, scene_materials, images, &mut report);
     timings.finish = finish.elapsed();
     timings.total = start.elapsed();
-    Ok(Loaded { scene, report, counts, timings })
+    Ok(Loaded { scene, report, files, counts, timings })
+}
+
+fn files_read(path: &Path, objs: Vec<PathBuf>, library: &MaterialLibrary, images: &[Texture]) -> Vec<PathBuf> {
+    let images = images.iter().map(|image| PathBuf::from(image.name()));
+    let mut files: Vec<PathBuf> =
+        std::iter::once(path.to_owned()).chain(objs).chain(library.files().map(Path::to_owned)).chain(images).collect();
+    files.sort_unstable();
+    files.dedup();
+    files
 }
 
 /// The main file.

@@ -56,9 +56,9 @@ impl Session {
     /// Points a camera at the scene, as [`Self::look`] does; written images tell of the camera.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn look_through(&mut self, camera: &Camera, factors: &[Vec3]) -> Result<()> {
         let view = self.scene.view(camera, self.options.size);
-        self.aim(super::Shot { view, camera: Some(*camera), of_path: None }, factors)
+        self.aim(super::Shot { view, camera: Some(*camera), factors: factors.to_vec(), of_path: None })
     }
 }

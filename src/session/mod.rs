@@ -15,6 +15,8 @@ mod observer;
 mod options;
 pub mod pictures;
 mod recording;
+mod recovery;
+mod reload;
 mod run_log;
 mod setup;
 mod still;
@@ -88,6 +90,10 @@ pub struct Session {
     counting: Counting,
     /// When frames are drawn while the camera is still.
     frames_come: Frames,
+    /// What was taken in for a frame that a lost device did not draw.
+    undrawn: Option<Turn>,
+    /// When a device was last lost.
+    lost: Option<Instant>,
 }
 
 /// What a turn of the loop took in.
@@ -102,6 +108,8 @@ struct Shot {
     view: View,
     /// The camera that it comes from.
     camera: Option<Camera>,
+    /// What the lights emit, against what the scene says.
+    factors: Vec<Vec3>,
     /// Number of a picture of a camera path, and how many there are.
     of_path: Option<(u64, u64)>,
 }
@@ -127,6 +135,8 @@ impl Session {
             clock: Clock::default(),
             frames: 0,
             stats: EngineStats::default(),
+            undrawn: None,
+            lost: None,
         }
     }
 
@@ -134,28 +144,28 @@ impl Session {
     /// shows has a value.
     ///
     /// # Errors
-    /// [`Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out.
     pub fn show(&mut self, picture: &Picture) -> Result<()> {
         let view = self.scene.view(&picture.camera, self.options.size);
         let of_path = picture.on_path.then_some((picture.index, picture.of));
-        self.aim(Shot { view, camera: Some(picture.camera), of_path }, &picture.factors)
+        self.aim(Shot { view, camera: Some(picture.camera), factors: picture.factors.clone(), of_path })
     }
 
     /// Points the camera; light that was found stays. The lights emit `factors` times what the scene says, in its order, all as
     /// loaded if it is empty. The frames of [`Self::step`] show the view from then on.
     ///
     /// # Errors
-    /// [`Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out.
     pub fn look(&mut self, view: &View, factors: &[Vec3]) -> Result<()> {
-        self.aim(Shot { view: *view, camera: None, of_path: None }, factors)
+        self.aim(Shot { view: *view, camera: None, factors: factors.to_vec(), of_path: None })
     }
 
-    fn aim(&mut self, shot: Shot, factors: &[Vec3]) -> Result<()> {
+    fn aim(&mut self, shot: Shot) -> Result<()> {
         let _look = trace::span("look");
         let (faces, image) = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
         trace::instant("camera", || Some(format!("view {}", self.wanted + 1)));
-        self.send_view(faces, image, factors);
-        self.renderer.relight(factors)?;
+        self.send_view(faces, image, &shot.factors);
+        self.renderer.relight(&shot.factors)?;
         self.shot = Some(shot);
         Ok(())
     }
@@ -172,14 +182,16 @@ impl Session {
     /// a picture is due. Can go on after [`FrameReport::ended_by`], which only says that a limit is reached.
     ///
     /// # Errors
-    /// [`Error::Usage`] before there was a view; [`Error::Exhausted`] when the device is lost or memory runs out;
+    /// [`Error::Usage`] before there was a view; [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out;
     /// [`Error::Internal`] if the engine has stopped.
     pub fn step(&mut self, observer: &mut dyn Observer) -> Result<FrameReport> {
         if self.shot.is_none() {
             return Err(Error::Usage("there is no view to draw".to_owned()));
         }
         let _frame = trace::span("frame");
-        let Turn { mut updates, moved } = within("take updates", || self.take_updates(observer))?;
+        let undrawn = self.undrawn.take().filter(|_| self.generation == Some(self.wanted));
+        let turn = undrawn.map_or_else(|| within("take updates", || self.take_updates(observer)), Ok);
+        let Turn { mut updates, moved } = turn?;
         self.clock.frame_begins();
         let ended_by = self.ended_by(observer.interrupted());
         // The last frame shows everything, whatever patches still wait; so do frames that are seldom.
@@ -194,13 +206,21 @@ impl Session {
             || whole
             || matches!(self.frames_come, Frames::Every(time) if self.clock.picture_is_due(time));
         self.clock.drawing_begins();
+        self.lose_device_if_asked();
         let passes = self.renderer.frame(&FrameOptions {
             colour: moved,
             full_luminance: whole,
             combine: combined.then_some(self.display),
             update_mode: self.options.update,
             queries: if self.counting.how == PixelCounts::Query { QUERIES_A_FRAME } else { 0 },
-        })?;
+        });
+        let passes = match passes {
+            Err(fault @ Error::DeviceLost(_)) => {
+                (self.undrawn, self.redisplay) = (Some(Turn { updates, moved }), combined);
+                return Err(fault);
+            }
+            other => other?,
+        };
         if self.frames_come == Frames::Seldom {
             self.renderer.draw_all_next();
         }

@@ -84,7 +84,7 @@ impl Gpu {
     /// A session of a scene; its engine waits on a thread of its own for the hierarchy.
     ///
     /// # Errors
-    /// [`Error::Exhausted`] when memory or threads run out, or the device is lost.
+    /// [`Error::Exhausted`] when memory or threads run out, [`Error::DeviceLost`].
     pub fn session(
         self,
         scene: &Arc<Scene>,
@@ -151,7 +151,7 @@ const BATCH: Duration = Duration::from_millis(4);
 const BATCH_OF_SELDOM_FRAMES: Duration = Duration::from_millis(20);
 
 /// Starts an engine; its thread waits for the hierarchy.
-fn engine_thread(
+pub(super) fn engine_thread(
     scene: &Arc<Scene>,
     hierarchy: impl FnOnce(&Scene) -> Arc<Bvh> + Send + 'static,
     options: &Options,

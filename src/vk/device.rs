@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use ash::{ext, khr, vk};
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// How a device is chosen and watched.
@@ -50,6 +51,8 @@ pub(super) struct DeviceCore {
     pub(super) max_texels: u32,
     pub(super) debug: Option<ext::debug_utils::Device>,
     live: Mutex<BTreeMap<u64, String>>,
+    /// Whether it counts as lost, on purpose.
+    lost: AtomicBool,
     pub(super) physical: vk::PhysicalDevice,
     pub(super) instance: Arc<Instance>,
 }
@@ -118,6 +121,11 @@ impl Device {
         self.core.live().values().cloned().collect()
     }
 
+    /// Has it count as lost from now on, as if its driver had said so: what is submitted to it is refused.
+    pub fn lose(&self) {
+        self.core.lost.store(true, Ordering::Relaxed);
+    }
+
     /// Bytes of device memory reserved.
     #[must_use]
     pub fn memory_bytes(&self) -> u64 {
@@ -161,6 +169,7 @@ impl DeviceCore {
             max_texels,
             debug,
             live,
+            lost: AtomicBool::new(false),
             physical,
             instance,
         })
@@ -180,6 +189,19 @@ impl DeviceCore {
             )
         }
         .map_err(|e| error(e, &format!("asking for the limits of {:?} images", info.format)))
+    }
+
+    /// Submits to the queue; `doing` as in "submitting a picture".
+    ///
+    /// # Safety
+    /// As for `vkQueueSubmit`.
+    pub(super) unsafe fn submit(&self, work: &vk::SubmitInfo<'_>, fence: vk::Fence, doing: &str) -> Result<()> {
+        if self.lost.load(Ordering::Relaxed) {
+            return Err(error(vk::Result::ERROR_DEVICE_LOST, doing));
+        }
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the caller's; the mutex guards the queue.
+        unsafe { self.raw.queue_submit(*queue, std::slice::from_ref(work), fence) }.map_err(|e| error(e, doing))
     }
 
     /// Waits until the queue has nothing to do.

@@ -79,7 +79,8 @@ impl Presenter {
     /// Shows a picture with what is laid over it, in a window that is to be of a size (it has the last word).
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out, [`crate::error::Error::NoWindow`] when the window
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out,
+    /// [`crate::error::Error::NoWindow`] when the window
     /// is gone.
     pub fn present(
         &mut self,
@@ -171,7 +172,7 @@ impl Presenter {
     /// Waits until no picture is in flight, and the window has taken those that are done.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost.
+    /// [`crate::error::Error::DeviceLost`].
     pub fn wait(&mut self) -> Result<()> {
         for slot in &mut self.slots {
             slot.wait()?;
@@ -262,16 +263,15 @@ impl Slot {
         barrier::full(raw, buffer);
         let (waits, signals, buffers) = ([self.acquired], [target.drawn], [buffer]);
         let stages = [vk::PipelineStageFlags::ALL_COMMANDS];
-        let submit = [vk::SubmitInfo::default()
+        let submit = vk::SubmitInfo::default()
             .wait_semaphores(&waits)
             .wait_dst_stage_mask(&stages)
             .signal_semaphores(&signals)
-            .command_buffers(&buffers)];
-        // SAFETY: the buffer was recorded here alone, what it reads is kept below; the mutex guards the queue.
+            .command_buffers(&buffers);
+        // SAFETY: the buffer was recorded here alone, what it reads is kept below.
         unsafe {
             raw.end_command_buffer(buffer).map_err(|e| error(e, "recording commands"))?;
-            let queue = core.queue.lock().unwrap_or_else(PoisonError::into_inner);
-            raw.queue_submit(*queue, &submit, self.fence).map_err(|e| error(e, "submitting a picture"))?;
+            core.submit(&submit, self.fence, "submitting a picture")?;
         }
         self.reads = vec![Arc::clone(picture), shown];
         Ok(())

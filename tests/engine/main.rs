@@ -15,3 +15,4 @@ mod penumbrae;
 mod pixel_vertices;
 mod refinement;
 mod relighting;
+mod whole;

@@ -52,6 +52,9 @@ pub struct ViewArgs {
     /// Frame log (CSV, a row a frame); a summary goes beside it as FRAMES.json
     #[arg(long, value_name = "FRAMES.csv", value_parser = values::csv_path(), help_heading = MESSAGES)]
     pub log: Option<PathBuf>,
+    /// Frames in which the device is lost on purpose, to test what comes then
+    #[arg(long, value_name = "FRAME", hide = true)]
+    pub lose_device_at: Vec<u64>,
     /// What threads and GPU do when, to look at on <https://ui.perfetto.dev>
     #[arg(long, value_name = "TRACE.json", value_parser = values::json_path(), help_heading = MESSAGES)]
     pub trace: Option<PathBuf>,
