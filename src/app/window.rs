@@ -11,8 +11,8 @@ use crate::geom::bvh::Bvh;
 use crate::scene::Scene;
 use crate::scene::camera::ImageSize;
 use crate::session::{Gpu, Hierarchy, Options};
-use crate::system;
 use crate::vk::{Device, DeviceOptions, Presenter, Vsync, WindowHandles};
+use crate::{system, trace};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use egui::{Context, ViewportId};
 use glam::Vec2;
@@ -231,7 +231,7 @@ fn draw(
         let presenter = Presenter::new(&device, surface, vsync)?;
         Ok((device, Some(presenter)))
     };
-    let (device, presenter) = open()?;
+    let (device, presenter) = trace::within("open device", &open)?;
     let refresh = refresh_of(&device);
     let gpu = Gpu::new(Arc::clone(&device), start.elapsed(), &options)?;
     let finish = move |scene: &Scene| -> Arc<Bvh> { hierarchy.finish(scene) };
