@@ -51,7 +51,9 @@ struct Track {
 impl Track {
     fn of_this_thread() -> Arc<Self> {
         let thread = std::thread::current();
-        let name = thread.name().map_or_else(|| format!("{:?}", thread.id()), str::to_owned);
+        // Those of the common pool have no names.
+        let pooled = || rayon::current_thread_index().map(|index| format!("pool {index}"));
+        let name = thread.name().map(str::to_owned).or_else(pooled).unwrap_or_else(|| format!("{:?}", thread.id()));
         Self::add(&mut tracks(), name, false)
     }
 
