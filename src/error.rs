@@ -28,7 +28,10 @@ pub enum Error {
     /// No window can be opened: no display, or a library of the window system is missing; the message says what to install.
     #[error("{0}")]
     NoWindow(String),
-    /// The device was lost for good, or memory ran out.
+    /// The device was lost: what was sent to it can be sent to another.
+    #[error("{0}")]
+    DeviceLost(String),
+    /// Memory or threads ran out.
     #[error("{0}")]
     Exhausted(String),
     /// A fault of the program.
@@ -46,7 +49,7 @@ impl Error {
         match self {
             Self::Usage(_) | Self::Input(_) | Self::Io { .. } => 2,
             Self::NoDevice(_) | Self::NoWindow(_) => 3,
-            Self::Exhausted(_) => 4,
+            Self::DeviceLost(_) | Self::Exhausted(_) => 4,
             Self::Internal(_) => 70,
         }
     }

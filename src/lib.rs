@@ -16,6 +16,7 @@
 //! - [`mod@compare`]: update modes compared, and the report of it
 //! - [`session`]: a run, one loop between engine and renderer, without a command line
 //! - [`system`]: what the system tells of this process and of the machine
+//! - [`trace`]: what threads and device do when, for a time line
 //! - [`app`]: the window: commands, keys, mouse, panels, scripts
 //! - [`cli`]: one file a subcommand
 //!
@@ -42,4 +43,5 @@ pub mod refine;
 pub mod scene;
 pub mod session;
 pub mod system;
+pub mod trace;
 pub mod vk;

@@ -5,7 +5,7 @@ mod support;
 
 use crate::support::device::{self, add_quad, empty_scene, finish, view_of};
 use glam::Vec3;
-use penombre::error::Result;
+use penombre::error::{Error, Result};
 use penombre::geom::bvh::Bvh;
 use penombre::pass::{Renderer, UpdateMode};
 use penombre::refine::replay::HostMesh;
@@ -191,5 +191,50 @@ fn a_recording_starts_with_every_vertex_lit_and_can_be_replayed() {
         let mut mesh = HostMesh::default();
         updates.iter().for_each(|update| mesh.apply(update).unwrap());
         assert!(mesh.drawn().count() > updates[0].patch_triangles.len(), "it was refined");
+    });
+}
+
+#[test]
+fn a_lost_device_is_made_anew_and_the_pictures_are_the_same() {
+    let mut limited = options(Budget { rays: Some(2_000), ..Budget::default() });
+    limited.refinement.indirect = true;
+    let picture = |lose_device_at: Vec<u64>| {
+        let mut picture = None;
+        with_session(&Options { lose_device_at, ..limited.clone() }, |session, view| {
+            session.look(view, &[Vec3::splat(0.5)]).unwrap();
+            let mut losses = 0;
+            let by = loop {
+                match session.run(&mut Unobserved) {
+                    Ok(by) => break by,
+                    Err(fault) => session.recover(fault).unwrap(),
+                }
+                losses += 1;
+            };
+            let (still, totals) = (session.still().unwrap(), session.totals());
+            picture = Some(((still.combined, still.layers.d, still.level), (by, totals.frames), losses));
+        });
+        picture
+    };
+    let Some((still, end, losses)) = picture(vec![]) else { return };
+    assert!(losses == 0 && end.1 > 6 && still.0.iter().any(|pixel| pixel.x > 0.0));
+    for at in [0, 1, 5] {
+        let Some(lost) = picture(vec![at]) else { panic!("the device is gone") };
+        assert_eq!((lost.1, lost.2), (end, 1), "frame {at}");
+        assert!(lost.0 == still, "frame {at}");
+    }
+}
+
+#[test]
+fn a_device_that_is_lost_again_at_once_is_given_up() {
+    let lost = Options { lose_device_at: vec![1, 2], ..options(Budget::default()) };
+    with_session(&lost, |session, view| {
+        session.look(view, &[]).unwrap();
+        let fault = session.run(&mut Unobserved).unwrap_err();
+        session.recover(fault).unwrap();
+        let fault = session.run(&mut Unobserved).unwrap_err();
+        let fault = session.recover(fault).unwrap_err();
+        assert_eq!((fault.exit_status(), fault.to_string().contains("was lost")), (4, true), "{fault}");
+        let other = session.recover(Error::Usage("no".to_owned())).unwrap_err();
+        assert_eq!(other.exit_status(), 2, "no device was lost");
     });
 }

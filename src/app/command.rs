@@ -64,6 +64,8 @@ pub enum Command {
     ToneMapping(ToneMapping),
     /// Take the next tone-mapping operator.
     NextToneMapping,
+    /// Load the scene again.
+    Reload,
     /// Write what the window shows.
     Screenshot(Option<PathBuf>),
     /// Write the picture without what lies over it.
@@ -123,6 +125,7 @@ impl Command {
             Self::Expose(stops) => ("exposure.add", numbers(&[*stops])),
             Self::ToneMapping(operator) => ("tone-mapping.set", vec![operator_name(*operator).to_owned()]),
             Self::NextToneMapping => ("tone-mapping.next", vec![]),
+            Self::Reload => ("scene.reload", vec![]),
             Self::Screenshot(to) => ("window.screenshot", optional(to)),
             Self::Picture(to) => ("window.picture", optional(to)),
             Self::Explain(at) => ("pixel.explain", numbers(&at.to_array())),

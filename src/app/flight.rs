@@ -107,7 +107,8 @@ impl Flight {
         self.pivot.unwrap_or(self.camera.look_at)
     }
 
-    fn shift(&mut self, by: Vec3) {
+    /// Moves it, and what it looks at.
+    pub fn shift(&mut self, by: Vec3) {
         self.camera.position += by;
         self.camera.look_at += by;
     }

@@ -3,11 +3,13 @@
 use super::Plan;
 use super::panels;
 use super::rate::Rate;
+use super::recovery::{Open, recover};
 use super::screen::Screen;
 use super::shots::Shot;
 use super::viewer::Viewer;
 use crate::error::Result;
 use crate::session::Session;
+use crate::vk::{Device, DeviceOptions};
 use egui::{Context, Pos2, RawInput, Rect};
 use std::path::PathBuf;
 
@@ -22,10 +24,11 @@ pub struct Film {
 /// Plays the plan's script up to its last command, in a session of fixed work a frame; the files that were recorded.
 ///
 /// # Errors
-/// A file that cannot be written, a lost device.
+/// A file that cannot be written, a scene that cannot be loaded again, a lost device.
 pub fn play(session: Session, mut plan: Plan, film: &Film) -> Result<Vec<PathBuf>> {
-    let device = session.renderer().device().clone();
-    let mut screen = Screen::new(&device, session.size(), None, Context::default())?;
+    let mut screen = Screen::new(session.renderer().device(), session.size(), None, Context::default())?;
+    let wanted = DeviceOptions { device: session.options().device.clone(), validation: None };
+    let mut open: Open = Box::new(move || Ok((Device::new(&wanted)?, None)));
     let mut viewer = Viewer::new(session, plan.camera, plan.name.clone(), plan.open);
     let steps = std::mem::take(&mut plan.script.steps);
     let duration = steps.last().map_or(0.0, |step| step.time);
@@ -35,10 +38,17 @@ pub fn play(session: Session, mut plan: Plan, film: &Film) -> Result<Vec<PathBuf
         while let Some(step) = steps.next_if(|step| step.time <= time) {
             viewer.advance(step.time);
             viewer.execute(&step.command)?;
+            if viewer.take_reload() {
+                viewer.reloaded(Ok(plan.source.load()?))?;
+            }
         }
         viewer.advance(time);
-        draw(&mut viewer, &mut plan)?;
-        show(&mut viewer, &mut screen)?;
+        while let Err(fault) = draw(&mut viewer, &mut plan) {
+            recover(fault, &mut viewer, &mut screen, &mut open)?;
+        }
+        while let Err(fault) = show(&mut viewer, &mut screen) {
+            recover(fault, &mut viewer, &mut screen, &mut open)?;
+        }
         let frame = film.file.as_ref().map(|file| Shot { path: file(number), with_panels: true });
         for shot in viewer.take_shots().iter().chain(&frame) {
             shot.write(&mut screen, viewer.session_mut())?;
@@ -47,6 +57,7 @@ pub fn play(session: Session, mut plan: Plan, film: &Film) -> Result<Vec<PathBuf
             break;
         }
     }
+    plan.finish(viewer.session())?;
     viewer.finish()
 }
 

@@ -28,6 +28,16 @@ impl Lights {
         Self(lights.iter().map(as_loaded).collect())
     }
 
+    /// As these are set, for the lights of another scene: those of the same name; others are as loaded.
+    #[must_use]
+    pub fn carried_to(&self, lights: &[Light]) -> Self {
+        let mut carried = Self::new(lights);
+        for set in &self.0 {
+            carried.change(&set.name, |light| light.clone_from(set));
+        }
+        carried
+    }
+
     /// Every light.
     #[must_use]
     pub fn all(&self) -> &[Setting] {

@@ -14,11 +14,14 @@ pub mod headless;
 pub mod history;
 pub mod libraries;
 pub mod lights;
+pub mod log;
 pub mod panels;
 pub mod pick;
 pub mod probe_panel;
 pub mod rate;
 pub mod recording;
+pub mod recovery;
+pub mod reload;
 pub mod screen;
 pub mod script;
 pub mod shots;
@@ -30,14 +33,16 @@ pub mod views;
 pub mod window;
 pub mod words;
 
+use crate::error::Result;
 use crate::scene::camera::Camera;
-use crate::session::Observer;
+use crate::session::{FrameReport, Observer, Session};
+use log::Log;
+use reload::Source;
 use script::Script;
 use std::path::PathBuf;
 use viewer::Open;
 
 /// What is to be done, with a window or without.
-#[derive(Clone, Debug)]
 pub struct Plan {
     /// Where the camera is at first.
     pub camera: Camera,
@@ -47,6 +52,10 @@ pub struct Plan {
     pub open: Open,
     /// Commands with their times; empty without a script.
     pub script: Script,
+    /// Where the scene is loaded from.
+    pub source: Source,
+    /// The frame log, if one is written.
+    pub log: Option<Log>,
     /// Whether the user has asked for an end from outside.
     pub interrupted: fn() -> bool,
 }
@@ -54,6 +63,20 @@ pub struct Plan {
 impl Observer for Plan {
     fn interrupted(&self) -> bool {
         (self.interrupted)()
+    }
+
+    fn frame(&mut self, session: &mut Session, report: &FrameReport) -> Result<()> {
+        self.log.as_mut().map_or(Ok(()), |log| log.frame(session, report))
+    }
+}
+
+impl Plan {
+    /// Writes what is written in the end: the summary beside the log.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Io`] naming the file.
+    pub fn finish(&mut self, session: &Session) -> Result<()> {
+        self.log.take().map_or(Ok(()), |log| log.finish(session))
     }
 }
 

@@ -6,7 +6,8 @@ use crate::vk::overlay::Gui;
 use crate::vk::presenter::Presented;
 use crate::vk::{Device, Image, Overlay, Presenter};
 use ash::vk::Extent2D;
-use egui::{Context, PlatformOutput, RawInput};
+use egui::epaint::ImageDelta;
+use egui::{Context, PlatformOutput, RawInput, TextureId, TextureOptions};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -54,6 +55,26 @@ impl Screen {
         self.overlay.resize(&self.device, extent(size))
     }
 
+    /// Gives up what shows pictures in the window.
+    pub fn close(&mut self) {
+        self.presenter = None;
+    }
+
+    /// Makes it anew on another device.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn replace(&mut self, device: &Arc<Device>, size: ImageSize, presenter: Option<Presenter>) -> Result<()> {
+        (self.presenter, self.overlay) = (presenter, Overlay::new(device, extent(size))?);
+        self.device = Arc::clone(device);
+        // The only texture of the panels; it is there once they were laid out.
+        if self.context.cumulative_pass_nr() > 0 {
+            let letters = ImageDelta::full(self.context.fonts(|fonts| fonts.image()), TextureOptions::LINEAR);
+            self.gui.textures.set.insert(TextureId::default(), vec![letters].into());
+        }
+        Ok(())
+    }
+
     /// Lays the panels out.
     pub fn lay_out(&mut self, input: RawInput, mut build: impl FnMut(&Context)) -> Asked {
         let output = self.context.run_ui(input, |ui| build(ui.ctx()));
@@ -68,7 +89,7 @@ impl Screen {
     /// Shows a picture under the panels, in a window that is to be of a size; without a window it is there to be read.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn show(&mut self, picture: &Arc<Image>, window: ImageSize) -> Result<Presented> {
         let Some(presenter) = &mut self.presenter else {
             return self.overlay.compose(picture, &mut self.gui).map(|()| Presented::Shown);
@@ -79,7 +100,7 @@ impl Screen {
     /// What it shows, row by row from the top left: sRGB, A is the coverage.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn read(&mut self) -> Result<Vec<[u8; 4]>> {
         self.overlay.read(&self.device)
     }

@@ -6,6 +6,8 @@ use super::command::Command;
 use super::controls::{Controls, Event, Kept};
 use super::panels;
 use super::rate::{PassTimes, Rate};
+use super::recovery::{Open, recover};
+use super::reload::Reloader;
 use super::screen::{Asked, Screen};
 use super::viewer::Viewer;
 use crate::error::{Error, Result};
@@ -56,6 +58,8 @@ pub struct Stage<T: Fn(Reply)> {
     screen: Screen,
     plan: Plan,
     controls: Controls,
+    reloader: Reloader,
+    open: Open,
     inbox: Receiver<Message>,
     tell: T,
     /// Time between two pictures while only the light changes.
@@ -78,13 +82,15 @@ pub struct Stage<T: Fn(Reply)> {
 }
 
 impl<T: Fn(Reply)> Stage<T> {
-    /// A stage for a window of the session's size, of `scale` pixels a point.
+    /// A stage for a window of the session's size, of `scale` pixels a point, on which the scene is loaded again when it changes, and that
+    /// has another device opened when its own is lost.
     pub fn new(
         viewer: Viewer,
         screen: Screen,
         plan: Plan,
         (inbox, tell): (Receiver<Message>, T),
         (scale, refresh): (f32, Duration),
+        (reloader, open): (Reloader, Open),
     ) -> Self {
         Self {
             window: Some(viewer.session().size()),
@@ -93,6 +99,8 @@ impl<T: Fn(Reply)> Stage<T> {
             steps: plan.script.steps.iter().cloned().collect(),
             plan,
             controls: Controls::default(),
+            reloader,
+            open,
             inbox,
             tell,
             refresh,
@@ -112,14 +120,24 @@ impl<T: Fn(Reply)> Stage<T> {
     /// The device is lost, memory runs out, or the engine has stopped.
     pub fn run(mut self) -> Result<Vec<PathBuf>> {
         while !self.viewer.has_ended() && !(self.plan.interrupted)() {
-            self.listen()?;
-            self.play()?;
-            self.viewer.advance(self.now());
-            if self.seen && self.window.is_some() && self.is_due() {
-                self.picture()?;
+            if let Err(fault) = self.turn() {
+                recover(fault, &mut self.viewer, &mut self.screen, &mut self.open)?;
+                self.stale = true;
             }
         }
+        self.plan.finish(self.viewer.session())?;
         self.viewer.finish()
+    }
+
+    fn turn(&mut self) -> Result<()> {
+        self.listen()?;
+        self.play()?;
+        self.reload()?;
+        self.viewer.advance(self.now());
+        if self.seen && self.window.is_some() && self.is_due() {
+            self.picture()?;
+        }
+        Ok(())
     }
 
     /// Seconds since the first picture.
@@ -204,6 +222,16 @@ impl<T: Fn(Reply)> Stage<T> {
             self.execute(&step.command)?;
         }
         Ok(())
+    }
+
+    /// Asks for the scene again if it is wanted, and takes it if it has come.
+    fn reload(&mut self) -> Result<()> {
+        if self.viewer.take_reload() {
+            self.reloader.ask();
+        }
+        let Some(loaded) = self.reloader.arrived() else { return Ok(()) };
+        self.stale = true;
+        self.viewer.reloaded(loaded)
     }
 
     /// What cannot be done is said, and all goes on.

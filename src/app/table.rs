@@ -288,6 +288,14 @@ pub const ENTRIES: &[Entry] = &[
         parse: |_| Ok(Command::NextToneMapping),
     },
     Entry {
+        name: "scene.reload",
+        arguments: "",
+        help: "Load the scene again, which a window does by itself when a file of it changes; camera and switches stay",
+        example: "",
+        triggers: &[Key(Chord::of(KeyCode::F5), "")],
+        parse: |_| Ok(Command::Reload),
+    },
+    Entry {
         name: "window.screenshot",
         arguments: "[PATH]",
         help: "Write what the window shows (.png), or the picture with its layers (.exr); without a path both, with a number",

@@ -7,6 +7,7 @@ use super::history::History;
 use super::lights::Lights;
 use super::pick;
 use super::recording::Recording;
+use super::reload::Fresh;
 use super::script;
 use super::shots::{Shot, Shots};
 use super::views::Choice;
@@ -15,6 +16,7 @@ use crate::refine::update::EngineStats;
 use crate::scene::camera::{Camera, ImageSize};
 use crate::scene::{Display, ToneMapping};
 use crate::session::{FrameReport, Observer, Session};
+use crate::trace;
 use glam::{Vec2, Vec3};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -65,6 +67,10 @@ pub struct Viewer {
     /// Seconds since the first picture.
     time: f64,
     message: Option<(String, f64)>,
+    /// What is wrong with the scene's files, as long as it is.
+    fault: Option<String>,
+    /// Whether the scene is to be loaded again.
+    reload: bool,
     ended: bool,
     /// The engine's totals as the last frame shows them.
     stats: EngineStats,
@@ -91,6 +97,8 @@ impl Viewer {
             redisplay: false,
             time: 0.0,
             message: None,
+            fault: None,
+            reload: false,
             ended: false,
             stats: EngineStats::default(),
         }
@@ -129,7 +137,8 @@ impl Viewer {
     /// What is to be said now.
     #[must_use]
     pub fn message(&self) -> Option<&str> {
-        self.message.as_ref().filter(|(_, until)| self.time < *until).map(|(text, _)| text.as_str())
+        let message = self.message.as_ref().filter(|(_, until)| self.time < *until).map(|(text, _)| text);
+        message.or(self.fault.as_ref()).map(String::as_str)
     }
 
     /// How much longer that is to be said.
@@ -210,17 +219,21 @@ impl Viewer {
     /// Draws a frame, if there is one to draw, and explains a pixel of it, if that was asked for.
     ///
     /// # Errors
-    /// As [`Session::step`]; [`Error::Io`] if what is said of a pixel cannot be written: all goes on as before.
+    /// As [`Session::step`], or what the observer could not do; [`Error::Io`] if what is said of a pixel cannot be written: all goes on as
+    /// before.
     pub fn frame(&mut self, observer: &mut dyn Observer) -> Result<Option<FrameReport>> {
         let asked = self.redisplay || self.explained.is_asked();
         if !self.changed && !asked && self.session.is_idle() {
             return Ok(None);
         }
         if std::mem::take(&mut self.changed) {
-            self.session.look_through(&self.flight.camera, &self.lights.factors())?;
+            let looked = self.session.look_through(&self.flight.camera, &self.lights.factors());
+            self.changed = looked.is_err();
+            looked?;
         }
         self.redisplay = false;
         let report = self.session.step(observer)?;
+        observer.frame(&mut self.session, &report)?;
         self.stats = report.engine;
         self.errors.note(self.time, self.stats.estimated_error);
         self.recording.frame(self.time, &self.flight.camera, &self.lights);
@@ -235,6 +248,38 @@ impl Viewer {
     fn explain(&mut self) -> Result<()> {
         let written = self.explained.answer(&mut self.session)?;
         written.iter().for_each(|file| self.say(file.display().to_string()));
+        Ok(())
+    }
+
+    /// Whether the scene is to be loaded again, for the caller to do it.
+    pub const fn take_reload(&mut self) -> bool {
+        std::mem::replace(&mut self.reload, false)
+    }
+
+    /// Takes a scene that was loaded again: the camera stays, and the lights of the same names as they are set. What is wrong with
+    /// the files is said until it is mended, and all stays as it was.
+    ///
+    /// # Errors
+    /// As [`Session::replace_scene`].
+    pub fn reloaded(&mut self, loaded: Result<Fresh>) -> Result<()> {
+        let Fresh { scene, bvh, warnings, .. } = match loaded {
+            Ok(fresh) => fresh,
+            Err(fault @ (Error::Input(_) | Error::Io { .. } | Error::Usage(_))) => {
+                self.fault = Some(first_lines(fault.to_string().lines()));
+                return Ok(());
+            }
+            Err(other) => return Err(other),
+        };
+        let shift = (self.session.scene().origin - scene.origin).as_vec3();
+        self.session.replace_scene(&scene, bvh)?;
+        self.flight.shift(shift);
+        self.flight.pivot = None;
+        self.user =
+            self.user.map(|user| Camera { position: user.position + shift, look_at: user.look_at + shift, ..user });
+        self.lights = self.lights.carried_to(&scene.lights);
+        (self.fault, self.changed) = (None, true);
+        let said = std::iter::once("the scene was loaded again").chain(warnings.iter().map(String::as_str));
+        self.say(first_lines(said));
         Ok(())
     }
 
@@ -255,6 +300,7 @@ impl Viewer {
     /// before.
     pub fn execute(&mut self, command: &Command) -> Result<()> {
         script::check(command, self.session.scene()).map_err(Error::Usage)?;
+        trace::instant("command", || Some(command.to_string()));
         let records = matches!(command, Command::RecordSession(_) | Command::RecordCamera(_) | Command::RecordStop);
         if !records && *command != Command::Quit {
             self.recording.command(self.time, command);
@@ -271,6 +317,7 @@ impl Viewer {
                 self.session.set_update_mode(*mode)?;
                 self.redisplay = true;
             }
+            Command::Reload => self.reload = true,
             Command::Screenshot(path) => self.shots.ask(path.as_deref(), true),
             Command::Picture(path) => self.shots.ask(path.as_deref(), false),
             Command::Explain(place) => self.explained.ask(*place, self.session.size()),
@@ -433,6 +480,12 @@ impl Viewer {
         }
         Ok(())
     }
+}
+
+/// As many lines as a message may have.
+fn first_lines<'a>(lines: impl Iterator<Item = &'a str>) -> String {
+    const MOST: usize = 6;
+    lines.take(MOST).collect::<Vec<_>>().join("\n")
 }
 
 fn next_operator(operator: ToneMapping) -> ToneMapping {

@@ -1,6 +1,7 @@
 //! The window itself, on the thread that the system wants it on: what happens to it is passed on to the [`stage`](super::stage).
 
 use super::controls::{Button, Event};
+use super::reload::Reloader;
 use super::screen::Screen;
 use super::stage::{Message, Reply, Stage};
 use super::viewer::Viewer;
@@ -10,8 +11,8 @@ use crate::geom::bvh::Bvh;
 use crate::scene::Scene;
 use crate::scene::camera::ImageSize;
 use crate::session::{Gpu, Hierarchy, Options};
-use crate::system;
-use crate::vk::{Device, DeviceOptions, Presenter, Vsync};
+use crate::vk::{Device, DeviceOptions, Presenter, Vsync, WindowHandles};
+use crate::{system, trace};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 use egui::{Context, ViewportId};
 use glam::Vec2;
@@ -231,16 +232,24 @@ fn draw(
     let scale = window.scale_factor() as f32;
     let PhysicalSize { width, height } = window.inner_size();
     options.size = ImageSize { width: width.max(1), height: height.max(1) };
-    let (device, surface) =
-        Device::for_window(&DeviceOptions { device: options.device.clone(), validation: None }, window)?;
+    let wanted = DeviceOptions { device: options.device.clone(), validation: None };
+    let handles: Arc<dyn WindowHandles> = window;
+    let open = move || -> Result<_> {
+        let (device, surface) = Device::for_window(&wanted, Arc::clone(&handles))?;
+        let presenter = Presenter::new(&device, surface, vsync)?;
+        Ok((device, Some(presenter)))
+    };
+    let (device, presenter) = trace::within("open device", &open)?;
     let refresh = refresh_of(&device);
     let gpu = Gpu::new(Arc::clone(&device), start.elapsed(), &options)?;
     let finish = move |scene: &Scene| -> Arc<Bvh> { hierarchy.finish(scene) };
     let session = gpu.session(&scene, finish, &options)?;
-    let presenter = Presenter::new(&device, surface, vsync)?;
-    let screen = Screen::new(&device, options.size, Some(presenter), context)?;
+    let screen = Screen::new(&device, options.size, presenter, context)?;
+    // Only the session and the screen keep it.
+    drop(device);
     let viewer = Viewer::new(session, plan.camera, plan.name.clone(), plan.open);
-    Stage::new(viewer, screen, plan, (inbox, tell), (scale, refresh)).run()
+    let reloader = Reloader::start(plan.source.clone())?;
+    Stage::new(viewer, screen, plan, (inbox, tell), (scale, refresh), (reloader, Box::new(open))).run()
 }
 
 /// Time between two pictures while only the light changes: on a CPU, drawing takes its time from the engine.

@@ -24,6 +24,7 @@ pub mod render;
 pub mod scene;
 mod studio;
 mod tilts;
+mod trace;
 mod values;
 pub mod verdict;
 pub mod view;
@@ -63,7 +64,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
     interrupt::install()?;
     match command {
         Command::Render(args) => render::run(args, start),
-        Command::View(args) => view::run(args),
+        Command::View(args) => view::run(args, start),
         Command::Probe(args) => probe::run(args),
         Command::Compare(args) => compare::run(args, start),
         Command::Reference(args) => reference::run(args),

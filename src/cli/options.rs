@@ -28,6 +28,7 @@ impl RenderArgs {
             refresh: self.refresh,
             redraws: self.output.aa,
             budget: self.limits(),
+            lose_device_at: self.lose_device_at.clone(),
         }
     }
 
@@ -75,6 +76,7 @@ impl ViewArgs {
             // Every frame that is drawn is shown, and drawn when it is to be shown.
             refresh: Some(Duration::ZERO),
             budget: Budget::default(),
+            lose_device_at: self.lose_device_at.clone(),
             ..Options::default()
         }
     }

@@ -3,10 +3,10 @@
 use super::args::RenderArgs;
 use super::black_picture::Shown;
 use super::progress::Progress;
-use super::{Outcome, interrupt, numbered, output, scene};
+use super::{Outcome, interrupt, numbered, output, scene, trace};
 use crate::error::{Error, Result};
 use crate::image::exr::{RgbImage, read_rgb};
-use crate::log::summary::{Memory, Summary};
+use crate::log::summary::Summary;
 use crate::pass::Renderer;
 use crate::refine::update::EngineStats;
 use crate::scene::Scene;
@@ -14,10 +14,8 @@ use crate::scene::load::Loaded;
 use crate::scene::report::Severity;
 use crate::session::pictures::{Picture, Pictures};
 use crate::session::{
-    EndedBy, ErrorMeter, FrameReport, Hierarchy, Observer, Opening, PixelCounts, RunLog, Session, Still, Totals,
-    thread_count, thread_times,
+    EndedBy, ErrorMeter, FrameReport, Hierarchy, Observer, Opening, PixelCounts, RunLog, Session, Still, thread_times,
 };
-use crate::system;
 use crate::vk::Device;
 use std::path::Path;
 use std::sync::Arc;
@@ -29,6 +27,10 @@ use std::time::{Duration, Instant};
 /// Bad input, no usable device, a lost device, or an output that cannot be written.
 pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     args.check_outputs()?;
+    trace::traced(args.trace.as_deref(), || render(args, start))
+}
+
+fn render(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
     let mut options = args.options();
     let gpu = Opening::start(&options)?;
@@ -64,7 +66,8 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     summary.cpu.threads = thread_times(totals.engine.own_job_seconds);
     let renderer = session.into_renderer();
     summary.times.bvh = bvh_seconds.get().copied();
-    finish(args, summary, renderer.device(), &Ended { by, totals, start })?;
+    totals.summarise(&mut summary, renderer.device(), &options, start);
+    finish(args, summary, by, totals.engine.estimated_error)?;
     let device = Arc::clone(renderer.device());
     drop(renderer);
     say_what_is_left(&device);
@@ -156,10 +159,10 @@ impl<'a> Making<'a> {
     fn make(&mut self, session: &mut Session, pictures: &Pictures) -> Result<EndedBy> {
         for index in 0..pictures.count() {
             let picture = pictures.picture(index, self.scene);
-            session.show(&picture)?;
+            self.surviving(session, |session, _| session.show(&picture))?;
             self.watch.progress.picture(picture.index, picture.of);
-            let by = session.run(&mut self.watch)?;
-            let still = session.still()?;
+            let by = self.surviving(session, Session::run)?;
+            let still = self.surviving(session, |session, _| session.still())?;
             self.write(&still, &picture)?;
             if !self.doubted
                 && let Some(doubt) = session.unfinished(by).or_else(|| black(&still, self.scene, &picture))
@@ -172,6 +175,22 @@ impl<'a> Making<'a> {
             }
         }
         Ok(EndedBy::Path)
+    }
+
+    /// Does something with the session; once more if the device is lost meanwhile.
+    fn surviving<R>(
+        &mut self,
+        session: &mut Session,
+        mut what: impl FnMut(&mut Session, &mut dyn Observer) -> Result<R>,
+    ) -> Result<R> {
+        let fault = match what(session, &mut self.watch) {
+            Err(fault) => fault,
+            done => return done,
+        };
+        let said = format!("warning: {fault}; it was opened again");
+        session.recover(fault)?;
+        self.warn(&said);
+        what(session, &mut self.watch)
     }
 
     fn write(&mut self, still: &Still, picture: &Picture) -> Result<()> {
@@ -206,60 +225,11 @@ fn say_what_is_left(device: &Device) {
     }
 }
 
-/// How the run ended.
-struct Ended {
-    by: EndedBy,
-    totals: Totals,
-    /// When the process started.
-    start: Instant,
-}
-
-impl Ended {
-    /// Fills in when frames were there, and the end, which is now.
-    fn clocks(&self, summary: &mut Summary) {
-        let Totals { first_picture, lit_picture, complete_picture, last_picture, engine, .. } = self.totals;
-        let (times, cpu) = (&mut summary.times, &mut summary.cpu);
-        for (moment, wall, cpu) in [
-            (first_picture, &mut times.first_frame, &mut cpu.first_frame),
-            (lit_picture, &mut times.lit_frame, &mut cpu.lit_frame),
-            (complete_picture, &mut times.complete_frame, &mut cpu.complete_frame),
-            (last_picture, &mut times.last_frame, &mut cpu.last_frame),
-        ] {
-            *wall = moment.map(|moment| moment.at.duration_since(self.start).as_secs_f64());
-            *cpu = moment.and_then(|moment| moment.cpu_seconds);
-        }
-        times.total = Some(self.start.elapsed().as_secs_f64());
-        cpu.total = system::cpu_seconds();
-        cpu.light = engine.cpu_seconds;
-    }
-}
-
 /// Writes the run summary beside the log and says what was done.
-fn finish(args: &RenderArgs, mut summary: Summary, device: &Device, ended: &Ended) -> Result<()> {
-    let (device, memory_on_device) = (device.report(), device.memory_bytes());
-    let Totals { frames, ahead, engine, elapsed, .. } = ended.totals;
-    let rate = |seconds: f64| (seconds > 0.0).then(|| engine.rays as f64 / seconds);
-    summary.device.clone_from(&device.name);
-    summary.driver.clone_from(&device.driver);
-    summary.formats = serde_json::to_value(&device.formats).unwrap_or_default();
-    summary.seed = args.engine.seed;
-    summary.threads = thread_count(args.engine.threads);
-    summary.size = [args.scene.size.width, args.scene.size.height];
-    ended.clocks(&mut summary);
-    summary.memory = Memory {
-        triangles: engine.triangles,
-        cache_bytes: engine.cache_bytes,
-        device_bytes: memory_on_device,
-        peak_bytes: system::peak_memory(),
-    };
-    summary.frames = frames;
-    summary.ahead = ahead;
-    summary.rays = engine.rays;
-    summary.rays_per_second = rate(elapsed.as_secs_f64());
-    summary.rays_per_cpu_second = rate(engine.cpu_seconds);
-    summary.ended_by = Some(ended.by.name().to_owned());
+fn finish(args: &RenderArgs, mut summary: Summary, by: EndedBy, estimated_error: Option<f32>) -> Result<()> {
+    summary.ended_by = Some(by.name().to_owned());
     if !args.verbosity.quiet {
-        output::report(&summary.line(engine.estimated_error));
+        output::report(&summary.line(estimated_error));
     }
     if args.verbosity.verbose {
         summary.details().iter().for_each(|line| output::report(line));

@@ -116,6 +116,11 @@ pub fn csv_path() -> impl TypedValueParser<Value = PathBuf> {
     })
 }
 
+/// A JSON file.
+pub fn json_path() -> impl TypedValueParser<Value = PathBuf> {
+    path(|path| if has_extension(path, "json") { Ok(()) } else { Err("its extension must be .json") })
+}
+
 fn has_extension(path: &Path, extension: &str) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case(extension))
 }
@@ -348,6 +353,7 @@ mod tests {
         assert!(is_taken(&exr_path(), "a.exr") && !is_taken(&exr_path(), "a.png"));
         assert!(is_taken(&png_path(), "a.PNG") && !is_taken(&png_path(), "a.exr"));
         assert!(is_taken(&csv_path(), "a.csv") && !is_taken(&csv_path(), "a.json"));
+        assert!(is_taken(&json_path(), "a.json") && !is_taken(&json_path(), "a.csv"));
         assert!(is_taken(&svg_path(), "a.SVG") && !is_taken(&svg_path(), "a.png"));
     }
 }

@@ -120,7 +120,10 @@ impl FrameLog {
     /// # Errors
     /// [`Error::Io`] naming the file.
     pub fn record(&mut self, row: &FrameRecord) -> Result<()> {
-        let cpu_seconds = row.engine.cpu_seconds - std::mem::replace(&mut self.cpu_before, row.engine.cpu_seconds);
+        let before = std::mem::replace(&mut self.cpu_before, row.engine.cpu_seconds);
+        // Another engine, of a scene that was loaded again, counts from its own start.
+        let before = if row.engine.cpu_seconds < before { 0.0 } else { before };
+        let cpu_seconds = row.engine.cpu_seconds - before;
         let mut fields = fields(row, cpu_seconds);
         if self.with_error {
             fields.extend([

@@ -2,3 +2,4 @@
 
 pub mod frame_log;
 pub mod summary;
+pub mod trace_file;

@@ -11,6 +11,7 @@ use super::update::{Context, UpdateMode};
 use crate::error::Result;
 use crate::refine::update::{DrawnId, DrawnPixels};
 use crate::scene::Display;
+use crate::trace::{self, within};
 use crate::vk::Buffer;
 use crate::vk::timestamp::PassTimes;
 
@@ -83,15 +84,16 @@ impl Renderer {
     /// Draws a frame: colour if asked, the luminance that changed (or all of it), the picture if asked.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn frame(&mut self, options: &FrameOptions) -> Result<FrameStats> {
-        let (mut plan, patches) = self.plan(options);
-        self.send(&mut plan, options.combine)?;
+        let (mut plan, patches) = within("plan", || self.plan(options));
+        within("send", || self.send(&mut plan, options.combine))?;
         if let Some(display) = options.combine {
             self.passes.combine.show_with(display.tone_mapping, &self.device, &self.bindings)?;
             self.debug.prepare(&self.device, &self.uniform, &self.targets, display)?;
         }
         let Self { commands, passes, bindings, targets, queries, debug, .. } = self;
+        let record = trace::span("record");
         let mut recording = commands.begin()?;
         if options.colour {
             recording.pass("colour", |pass| passes.colour.record(pass, bindings, targets));
@@ -107,6 +109,7 @@ impl Renderer {
                 }
             });
         }
+        drop(record);
         let times = recording.submit()?;
         self.mesh.drop_filling();
         self.times.extend(times);

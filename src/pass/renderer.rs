@@ -194,7 +194,7 @@ impl Renderer {
     /// up again next.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn relight(&mut self, factors: &[Vec3]) -> Result<()> {
         self.scene.relight(&self.device, &mut self.commands, factors)
     }
@@ -233,7 +233,7 @@ impl Renderer {
     /// drawn triangles of these faces only, so this comes first after every move, a jittered one too.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn visibility(&mut self) -> Result<Vec<(FaceId, u32)>> {
         self.send_uniform(None)?;
         let frustum = Frustum::new(&self.view, self.jitter);
@@ -282,7 +282,7 @@ impl Renderer {
     /// Pixels of each drawn triangle as the luminance images stand.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn drawn_counts(&mut self) -> Result<DrawnCounts> {
         let Self { commands, targets, read_back, .. } = self;
         let mut recording = commands.begin()?;
@@ -332,7 +332,7 @@ impl Renderer {
     /// The displayed picture of the last frame that combined: sRGB, A is the coverage.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn read_display(&mut self) -> Result<Vec<[u8; 4]>> {
         let Self { commands, targets, read_back, .. } = self;
         let mut recording = commands.begin()?;
@@ -345,7 +345,7 @@ impl Renderer {
     /// The luminance images as they stand.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn read_luminance(&mut self) -> Result<LuminanceLayers> {
         let Self { commands, targets, read_back, .. } = self;
         let mut recording = commands.begin()?;
@@ -358,7 +358,7 @@ impl Renderer {
     /// Everything that the images hold, in linear light and true units.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn read_layers(&mut self) -> Result<Layers> {
         self.send_uniform(None)?;
         let Self { commands, passes, bindings, targets, read_back, .. } = self;

@@ -12,6 +12,7 @@ use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::luminance;
 use crate::cache::store::Cache;
 use crate::estimate::visibility::Visibility;
+use crate::trace::{self, within};
 use rustc_hash::FxHashSet;
 
 /// Rounds in which contradicted inferences are traced.
@@ -104,11 +105,13 @@ impl Engine {
     /// Traces jobs on all workers, then writes their results in order.
     fn run(&mut self, jobs: &[Job]) {
         let (context, cache) = (self.context(), &self.cache);
-        let results = self.workers.map_chunks(jobs, FEW_JOBS, |chunk| {
+        let visit = |chunk: &[Job]| {
             let mut results = direct::Results::default();
             chunk.iter().for_each(|&job| direct::visit(&context, cache, job, &mut results));
             results
-        });
+        };
+        let results = within("direct trace", || self.workers.map_chunks(jobs, FEW_JOBS, visit));
+        let _apply = trace::span("apply");
         let traced = |cache: &Cache| jobs.iter().filter(|j| cache.vertices[j.vertex].progress.traced).count();
         let before = traced(&self.cache);
         for result in &results {
@@ -192,6 +195,7 @@ impl Engine {
 
     /// Computes D and S of slots on all workers; the slots are then due to be sent.
     pub(super) fn evaluate(&mut self, slots: &[SlotId]) {
+        let _evaluate = trace::span("evaluate");
         let (context, cache, eye) = (self.context(), &self.cache, self.view.eye);
         let values = self.workers.map_chunks(slots, FEW_SLOTS, |chunk| {
             chunk.iter().map(|&slot| luminance::shown(&context, cache, slot, eye)).collect::<Vec<_>>()

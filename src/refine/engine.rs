@@ -26,6 +26,7 @@ use crate::geom::bvh::Bvh;
 use crate::light::context::SceneContext;
 use crate::light::lights::Lights;
 use crate::scene::{FaceId, Scene};
+use crate::trace::{self, within};
 use glam::Vec3;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -176,23 +177,24 @@ impl Engine {
 
     /// Does one batch and returns what changed.
     pub fn step(&mut self, budget: Budget) -> Update {
+        let _batch = trace::span("batch");
         let (start, rays) = (Instant::now(), self.stats.rays);
         loop {
             if self.is_complete() {
-                self.bring_some_up_to_date();
+                within("bring up to date", || self.bring_some_up_to_date());
             }
-            let work = self.choose();
+            let work = within("choose", || self.choose());
             if work.is_empty() {
                 if self.finish_gathering() || self.bring_all_up_to_date() || self.lower_tolerance() {
                     continue;
                 }
                 break;
             }
-            let grown = self.grow(&work);
-            let gathered = self.gather(&work);
-            let lit = self.light(&work, grown);
-            self.judge(&lit);
-            self.show_gathered(&gathered);
+            let grown = within("grow", || self.grow(&work));
+            let gathered = within("gather", || self.gather(&work));
+            let lit = within("light", || self.light(&work, grown));
+            within("judge", || self.judge(&lit));
+            within("show gathered", || self.show_gathered(&gathered));
             self.end_rung(&work);
             let is_spent = match budget {
                 Budget::Time(time) => start.elapsed() >= time,
@@ -211,11 +213,12 @@ impl Engine {
 
     /// Brings up to date what waits to be shown: predictions. Returns what changed since the last update.
     pub fn settle(&mut self) -> Update {
+        let _settle = trace::span("settle");
         self.finish_gathering();
         if self.is_complete() && self.options.indirect {
             self.refresh_waiting_predictions();
         }
-        let smoothed = self.smooth();
+        let smoothed = within("smooth", || self.smooth());
         let mut update = self.publish_with(&smoothed);
         update.settled = true;
         update
@@ -225,6 +228,13 @@ impl Engine {
     fn publish_with(&mut self, slots: &[SlotId]) -> Update {
         let mut update = self.publish();
         self.publish_values(&mut update, slots);
+        update
+    }
+
+    /// All that the updates so far add up to, for a renderer that holds nothing of it; under the number of the last.
+    pub fn whole(&mut self) -> Update {
+        let mut update = self.publisher.whole(&self.cache, &self.view);
+        update.stats = self.current_stats();
         update
     }
 
@@ -283,6 +293,7 @@ impl Engine {
 
     /// The update with everything that changed since the last.
     pub(super) fn publish(&mut self) -> Update {
+        let _publish = trace::span("publish");
         let (mut update, fresh) = self.publisher.redraw(&mut self.cache, &self.view);
         self.evaluate(&fresh);
         let slots = self.publisher.take_changed();

@@ -9,6 +9,7 @@ use super::work::{GatheredLight, Work};
 use crate::cache::gather::{self, GatherJob};
 use crate::cache::ids::{NodeId, VertexId};
 use crate::estimate::hemisphere::Method;
+use crate::trace::{self, within};
 use std::sync::Arc;
 
 /// Rays of a job: enough to be worth handing out, few enough to share a vertex's round among threads.
@@ -39,7 +40,9 @@ impl Engine {
     /// Waits for the rounds on their way, and writes their results in order.
     fn take_rounds(&mut self) -> GatheredLight {
         let Some(Rounds { underway, light }) = self.rounds.take() else { return GatheredLight::default() };
-        for gathered in underway.finish() {
+        let found = within("gather rounds", || underway.finish());
+        let _apply = trace::span("apply");
+        for gathered in found {
             gather::apply(&mut self.cache, &gathered);
             self.stats.rays += gathered.rays;
         }

@@ -155,6 +155,23 @@ impl Publisher {
         (self.sequence as u32).wrapping_sub(self.listed[drawn])
     }
 
+    /// All that the updates so far add up to, under the number of the last.
+    pub fn whole(&mut self, cache: &Cache, view: &ViewState) -> Update {
+        // They are among all.
+        self.revealed.clear();
+        let (generation, sequence) = (view.generation, self.sequence);
+        let mut update = Update { generation, sequence, whole: true, ..Update::default() };
+        update.slots = cache.slots.ids().map(|slot| (slot, value(cache, view, slot))).collect();
+        for node in cache.topology.nodes.ids().filter(|&node| cache.drawn.is_drawn(node)) {
+            let start = update.patch_triangles.len() as u32;
+            list(cache, &mut update, node);
+            let end = update.patch_triangles.len() as u32;
+            let face = cache.topology.nodes[node].face;
+            update.patches.push(Patch { face, old: start..start, new: start..end });
+        }
+        update
+    }
+
     /// Gives back the triangles that update `sequence` or an earlier one has replaced on the GPU.
     pub fn recycle(&mut self, cache: &mut Cache, sequence: u64) {
         let due = self.retired.partition_point(|&(replaced, _)| replaced <= sequence);

@@ -7,6 +7,7 @@ use super::update::Update;
 use crate::cache::ids::{NodeId, SlotId};
 use crate::cache::reweight::reweight;
 use crate::light::context::SceneContext;
+use crate::trace;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -20,6 +21,7 @@ impl Engine {
     /// before the last change; otherwise it is a guess until it is gathered again, which vertices do in order of what
     /// that is worth to the image.
     pub fn relight(&mut self, factors: &[Vec3], visible: &Visible) -> Update {
+        let _view = trace::span("take view");
         let spent = self.current_stats().cpu_seconds;
         let before = self.lights.lighting();
         let mixed = self.set_factors(factors);

@@ -25,6 +25,8 @@ enum Command {
     Settle,
     /// The same, and then why a pixel is so.
     Explain(PixelQuestion, Sender<Option<Explanation>>),
+    /// All that the updates so far add up to.
+    Whole,
     /// What the GPU has drawn.
     Counted(Counted),
     /// Slots that show something else.
@@ -127,6 +129,11 @@ impl EngineThread {
         let (tell, told) = bounded(1);
         self.send(Command::Explain(question, tell));
         told
+    }
+
+    /// Asks for all that the updates so far add up to; the update that has it is marked as [`Update::whole`].
+    pub fn whole(&self) {
+        self.send(Command::Whole);
     }
 
     /// Tells what the GPU has drawn. At pace [`Pace::Stepped`] no update answers.
@@ -263,6 +270,7 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
             }
             Some(Command::Show(shown)) => engine.show(shown),
             Some(Command::Ask(question)) => engine.ask(question),
+            Some(Command::Whole) => engine.whole(),
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(budget),
         };
@@ -293,7 +301,7 @@ mod tests {
             Command::View(_, visible) => visible.generation.into(),
             Command::Step(rays) => rays,
             Command::Counted(counted) => counted.sequence,
-            Command::Settle | Command::Explain(..) | Command::Show(_) | Command::Ask(_) => 0,
+            Command::Settle | Command::Whole | Command::Explain(..) | Command::Show(_) | Command::Ask(_) => 0,
         };
         std::iter::from_fn(|| queue.next(true).ok().flatten().map(number)).collect()
     }

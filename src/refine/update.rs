@@ -100,6 +100,8 @@ pub struct Update {
     pub shown: Shown,
     /// What was asked of the drawn triangles, if this answers it.
     pub answer: Option<Answer>,
+    /// Whether it holds all that those before it add up to, for a renderer that holds nothing ([`super::engine::Engine::whole`]).
+    pub whole: bool,
 }
 
 impl Update {

@@ -1,6 +1,7 @@
 //! The pool of tracing threads.
 
 use super::nice::lower_priority;
+use crate::trace;
 use crossbeam_channel::{Receiver, unbounded};
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
@@ -81,7 +82,7 @@ impl Workers {
         if items.len() <= length {
             return vec![work(items)];
         }
-        let timed = |chunk: &[T]| self.clock.time(|| work(chunk));
+        let timed = |chunk: &[T]| self.clock.time("job", || work(chunk));
         self.pool.install(|| items.par_chunks(length).with_max_len(1).map(timed).collect())
     }
 
@@ -122,7 +123,7 @@ impl Workers {
                     && item < items
                     && let Some(shared) = shared.upgrade()
                 {
-                    let result = clock.time(|| work(&shared, item));
+                    let result = clock.time("gather job", || work(&shared, item));
                     // Before it is done: who has all results is alone with what they were made from.
                     drop(shared);
                     // Nobody waits for it if the engine is gone.
@@ -150,7 +151,7 @@ impl<S, R> Underway<S, R> {
         while let item = next.fetch_add(1, Ordering::Relaxed)
             && item < items
         {
-            found.push((item, clock.time(|| work(&shared, item))));
+            found.push((item, clock.time("gather job", || work(&shared, item))));
         }
         found.extend(done.iter().take(items - found.len()));
         found.sort_unstable_by_key(|&(item, _)| item);
@@ -170,8 +171,9 @@ thread_local! {
 }
 
 impl JobClock {
-    /// Does a job; it waits for no other.
-    fn time<R>(&self, job: impl FnOnce() -> R) -> R {
+    /// Does a job, by the name that a trace gives it; it waits for no other.
+    fn time<R>(&self, name: &'static str, job: impl FnOnce() -> R) -> R {
+        let _job = trace::span(name);
         let start = thread_nanoseconds();
         let result = job();
         let spent = thread_nanoseconds() - start;

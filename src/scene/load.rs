@@ -15,6 +15,7 @@ use super::texture::Texture;
 use super::up_axis::UpAxis;
 use super::{Scene, camera::NamedCamera, emitters, framing, materials, normals, origin, textures};
 use crate::error::{Error, Result};
+use crate::trace;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use std::collections::HashSet;
@@ -28,6 +29,8 @@ pub struct Loaded {
     pub scene: Scene,
     /// Warnings.
     pub report: Report,
+    /// Every file that was read.
+    pub files: Vec<PathBuf>,
     /// What became of the triangles.
     pub counts: Counts,
     /// Where the time went.
@@ -95,10 +98,12 @@ pub fn load_with(path: &Path, up: Option<UpAxis>) -> Result<Loaded> {
 /// # Errors
 /// Those of [`load_with`].
 pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Geometry) + Send) -> Result<Loaded> {
+    let _load = trace::span("load");
     let start = Instant::now();
     let main = open(path, up)?;
     let (description, mut report) = main.describe(path, DVec3::ZERO);
     let mut timings = Timings::default();
+    let parsing = trace::span("parse");
     let (paths, bytes) = read_objs(path, &description, &mut report);
     let (mut files, origin) = parse_objs(&paths, &bytes);
     drop(bytes);
@@ -106,6 +111,7 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
     warn_of_origin(path, origin, &mut report);
     files.iter_mut().for_each(|file| report.faults.append(&mut file.text.report.faults));
     timings.text = start.elapsed();
+    drop(parsing);
     let mut library = MaterialLibrary::default();
     let named: Vec<_> = files.iter().map(|file| find_materials(file, &mut library, &mut report)).collect();
     library.settle_opacities(in_use(&files, &named), &mut report);
@@ -132,10 +138,20 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
     if report.has_errors() {
         return Err(Error::Input(report));
     }
+    let files = files_read(path, paths, &library, &images);
     let scene = finish_scene(path, (description, origin), soup, scene_materials, images, &mut report);
     timings.finish = finish.elapsed();
     timings.total = start.elapsed();
-    Ok(Loaded { scene, report, counts, timings })
+    Ok(Loaded { scene, report, files, counts, timings })
+}
+
+fn files_read(path: &Path, objs: Vec<PathBuf>, library: &MaterialLibrary, images: &[Texture]) -> Vec<PathBuf> {
+    let images = images.iter().map(|image| PathBuf::from(image.name()));
+    let mut files: Vec<PathBuf> =
+        std::iter::once(path.to_owned()).chain(objs).chain(library.files().map(Path::to_owned)).chain(images).collect();
+    files.sort_unstable();
+    files.dedup();
+    files
 }
 
 /// The main file.
@@ -314,6 +330,7 @@ fn starts_without_material(faces: &[u8]) -> bool {
 type Decoded = ((Vec<Texture>, Vec<Option<TextureMap>>, Report), Duration);
 
 fn decode(library: &MaterialLibrary) -> Decoded {
+    let _textures = trace::span("textures");
     let start = Instant::now();
     let mut report = Report::default();
     let requests: Vec<_> = library.drawn().flat_map(materials::requests).map(|(_, request)| request).collect();

@@ -107,6 +107,11 @@ impl MaterialLibrary {
         range
     }
 
+    /// The MTL files that it has read, or tried to.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.files.keys().map(PathBuf::as_path)
+    }
+
     /// Finds out what the opacities of the MTL files mean, from the materials that faces use.
     pub(super) fn settle_opacities(&mut self, used: impl Iterator<Item = usize>, report: &mut Report) {
         let mut has_faces = vec![false; self.read.len()];

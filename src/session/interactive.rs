@@ -1,6 +1,6 @@
 //! What an interactive run changes on the way: the size of its pictures and how they are displayed.
 
-use super::Session;
+use super::{Options, Session};
 use crate::error::Result;
 use crate::pass::UpdateMode;
 use crate::scene::camera::{Camera, ImageSize, View};
@@ -54,6 +54,12 @@ impl Session {
         self.options.size
     }
 
+    /// How it runs, at its present size.
+    #[must_use]
+    pub const fn options(&self) -> &Options {
+        &self.options
+    }
+
     /// The scene.
     #[must_use]
     pub fn scene(&self) -> &Scene {
@@ -69,9 +75,10 @@ impl Session {
     /// Points a camera at the scene, as [`Self::look`] does; written images tell of the camera.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn look_through(&mut self, camera: &Camera, factors: &[Vec3]) -> Result<()> {
         let view = self.scene.view(camera, self.options.size);
-        self.aim(super::Shot { view, camera: Some(*camera), of_path: None, glossy: false }, factors)
+        let factors = factors.to_vec();
+        self.aim(super::Shot { view, camera: Some(*camera), factors, of_path: None, glossy: false })
     }
 }

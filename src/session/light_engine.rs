@@ -153,6 +153,26 @@ impl LightEngine {
         }
     }
 
+    /// All that the updates so far add up to; those on their way are part of it.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the engine has stopped.
+    pub fn whole(&mut self) -> Result<Update> {
+        match self {
+            Self::Thread(thread) => thread.whole(),
+            Self::Owned(owned) => {
+                let update = owned.engine.whole();
+                owned.updates.push_back(update);
+            }
+        }
+        loop {
+            let update = self.wait()?;
+            if update.whole {
+                return Ok(update);
+            }
+        }
+    }
+
     /// Tells what the GPU has drawn.
     pub fn counted(&mut self, counted: Counted) {
         match self {

@@ -17,10 +17,13 @@ mod options;
 pub mod pictures;
 mod probe;
 mod recording;
+mod recovery;
+mod reload;
 mod run_log;
 mod setup;
 mod specular_age;
 mod still;
+mod summarise;
 mod thread_times;
 mod totals;
 mod visible;
@@ -49,6 +52,7 @@ use crate::refine::replay::Levels;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::camera::{Camera, View};
 use crate::scene::{Display, FaceId, Scene};
+use crate::trace::{self, within};
 use clock::Clock;
 use counting::Counting;
 use glam::Vec3;
@@ -100,6 +104,10 @@ pub struct Session {
     debug: debug_view::Debug,
     /// When frames are drawn while the camera is still.
     frames_come: Frames,
+    /// What was taken in for a frame that a lost device did not draw.
+    undrawn: Option<Turn>,
+    /// When a device was last lost.
+    lost: Option<Instant>,
 }
 
 /// What a turn of the loop took in.
@@ -114,6 +122,8 @@ struct Shot {
     view: View,
     /// The camera that it comes from.
     camera: Option<Camera>,
+    /// What the lights emit, against what the scene says.
+    factors: Vec<Vec3>,
     /// Number of a picture of a camera path, and how many there are.
     of_path: Option<(u64, u64)>,
     /// Whether any of it is glossy.
@@ -146,6 +156,8 @@ impl Session {
             frames: 0,
             stats: EngineStats::default(),
             debug: debug_view::Debug::default(),
+            undrawn: None,
+            lost: None,
         }
     }
 
@@ -153,27 +165,30 @@ impl Session {
     /// shows has a value.
     ///
     /// # Errors
-    /// [`Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out.
     pub fn show(&mut self, picture: &Picture) -> Result<()> {
         let view = self.scene.view(&picture.camera, self.options.size);
         let of_path = picture.on_path.then_some((picture.index, picture.of));
-        self.aim(Shot { view, camera: Some(picture.camera), of_path, glossy: false }, &picture.factors)
+        let (camera, factors) = (Some(picture.camera), picture.factors.clone());
+        self.aim(Shot { view, camera, factors, of_path, glossy: false })
     }
 
     /// Points the camera; light that was found stays. The lights emit `factors` times what the scene says, in its order, all as
     /// loaded if it is empty. The frames of [`Self::step`] show the view from then on.
     ///
     /// # Errors
-    /// [`Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out.
     pub fn look(&mut self, view: &View, factors: &[Vec3]) -> Result<()> {
-        self.aim(Shot { view: *view, camera: None, of_path: None, glossy: false }, factors)
+        self.aim(Shot { view: *view, camera: None, factors: factors.to_vec(), of_path: None, glossy: false })
     }
 
-    fn aim(&mut self, shot: Shot, factors: &[Vec3]) -> Result<()> {
+    fn aim(&mut self, shot: Shot) -> Result<()> {
+        let _look = trace::span("look");
         let (faces, image) = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
+        trace::instant("camera", || Some(format!("view {}", self.wanted + 1)));
         let glossy = faces.iter().any(|(face, _)| self.scene.material(face.triangle()).is_glossy());
-        self.send_view(faces, image, factors);
-        self.renderer.relight(factors)?;
+        self.send_view(faces, image, &shot.factors);
+        self.renderer.relight(&shot.factors)?;
         self.shot = Some(Shot { glossy, ..shot });
         Ok(())
     }
@@ -191,13 +206,16 @@ impl Session {
     /// limit is reached.
     ///
     /// # Errors
-    /// [`Error::Usage`] before there was a view; [`Error::Exhausted`] when the device is lost or memory runs out;
+    /// [`Error::Usage`] before there was a view; [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out;
     /// [`Error::Internal`] if the engine has stopped.
     pub fn step(&mut self, observer: &mut dyn Observer) -> Result<FrameReport> {
         if self.shot.is_none() {
             return Err(Error::Usage("there is no view to draw".to_owned()));
         }
-        let Turn { mut updates, answered } = self.take_updates(observer)?;
+        let _frame = trace::span("frame");
+        let undrawn = self.undrawn.take().filter(|_| self.generation == Some(self.wanted));
+        let turn = undrawn.map_or_else(|| within("take updates", || self.take_updates(observer)), Ok);
+        let Turn { mut updates, answered } = turn?;
         let moved = self.drawn != self.wanted;
         updates.extend(self.prepare_debug_view()?);
         self.clock.frame_begins();
@@ -217,13 +235,21 @@ impl Session {
         if whole || self.renderer.must_draw_all(self.options.update) {
             self.filled_faces = if self.is_answered() { 0 } else { self.renderer.fill_faces(&self.scene) as u64 };
         }
+        self.lose_device_if_asked();
         let passes = self.renderer.frame(&FrameOptions {
             colour: moved,
             full_luminance: whole,
             combine: combined.then_some(self.display),
             update_mode: self.options.update,
             queries: if self.counting.how == PixelCounts::Query { QUERIES_A_FRAME } else { 0 },
-        })?;
+        });
+        let passes = match passes {
+            Err(fault @ Error::DeviceLost(_)) => {
+                (self.undrawn, self.redisplay) = (Some(Turn { updates, answered: answered || moved }), combined);
+                return Err(fault);
+            }
+            other => other?,
+        };
         if self.frames_come == Frames::Seldom {
             self.renderer.draw_all_next();
         }
@@ -236,6 +262,7 @@ impl Session {
         self.frames += 1;
         let (engine, filled_faces) = (self.stats, self.filled_faces);
         let stale_specular = combined && self.count_picture();
+        self.count();
         Ok(FrameReport {
             frame,
             at,
@@ -268,6 +295,13 @@ impl Session {
     /// Whether the engine has taken the present view in.
     fn is_answered(&self) -> bool {
         self.generation == Some(self.wanted)
+    }
+
+    /// Notes what grows, where a trace is recorded.
+    fn count(&self) {
+        trace::counter("rays", self.stats.rays as f64);
+        trace::counter("vertices", self.stats.vertices as f64);
+        trace::counter("memory, MiB", self.memory_bytes() as f64 / f64::from(1 << 20));
     }
 
     /// Turns until the budget of the present view is spent, nothing is left to do, or the observer interrupts; tells it of each frame.

@@ -45,6 +45,8 @@ pub struct Options {
     pub redraws: u32,
     /// When the run ends.
     pub budget: Budget,
+    /// Frames in which the device is lost on purpose.
+    pub lose_device_at: Vec<u64>,
 }
 
 impl Options {
@@ -73,6 +75,7 @@ impl Default for Options {
             refresh: None,
             redraws: 1,
             budget: Budget::default().or_error(Quality::default().error()),
+            lose_device_at: Vec::new(),
         }
     }
 }

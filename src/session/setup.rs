@@ -12,6 +12,7 @@ use crate::refine::thread::{Crew, EngineThread, Pace as ThreadPace};
 use crate::refine::workers::Workers;
 use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, repeats};
+use crate::trace::{self, within};
 use crate::vk::{Device, DeviceOptions};
 use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
@@ -40,7 +41,8 @@ impl Opening {
         let options = options.clone();
         let thread = spawn("penombre-gpu-setup", move || {
             let start = Instant::now();
-            let device = Device::new(&DeviceOptions { device: options.device.clone(), validation: None })?;
+            let wanted = DeviceOptions { device: options.device.clone(), validation: None };
+            let device = within("open device", || Device::new(&wanted))?;
             Gpu::new(device, start.elapsed(), &options)
         })?;
         Ok(Self(Some(thread)))
@@ -71,6 +73,7 @@ impl Gpu {
     /// # Errors
     /// [`Error::NoDevice`] if it lacks the depth format, [`Error::Exhausted`] when memory runs out.
     pub fn new(device: Arc<Device>, opened_in: Duration, options: &Options) -> Result<Self> {
+        let _pipelines = trace::span("pipelines");
         let start = Instant::now();
         let made_for = options.renderer_options(&device)?;
         let renderer = Renderer::with_options(device, options.size, made_for)?;
@@ -81,7 +84,7 @@ impl Gpu {
     /// A session of a scene; its engine waits on a thread of its own for the hierarchy.
     ///
     /// # Errors
-    /// [`Error::Exhausted`] when memory or threads run out, or the device is lost.
+    /// [`Error::Exhausted`] when memory or threads run out, [`Error::DeviceLost`].
     pub fn session(
         self,
         scene: &Arc<Scene>,
@@ -89,7 +92,7 @@ impl Gpu {
         options: &Options,
     ) -> Result<Session> {
         let mut renderer = self.renderer;
-        renderer.load(scene)?;
+        within("send scene", || renderer.load(scene))?;
         renderer.resize(options.size)?;
         let frames = options.frames_on(renderer.device());
         let engine = LightEngine::Thread(engine_thread(scene, hierarchy, options, frames)?);
@@ -125,7 +128,7 @@ impl Hierarchy {
         let start = Instant::now();
         let primitives = Primitives::of(geometry);
         let thread = spawn("penombre-bvh", move || {
-            let tree = primitives.build();
+            let tree = within("hierarchy", || primitives.build());
             (tree, start.elapsed())
         })?;
         Ok(Self { thread, seconds: Arc::default() })
@@ -137,7 +140,7 @@ impl Hierarchy {
         // A panic of the builder has ended the process in the panic hook; an empty tree never gets used.
         let Ok((tree, spent)) = self.thread.join() else { return Arc::new(Bvh::build(&Scene::default())) };
         let start = Instant::now();
-        let bvh = Bvh::new(tree, scene);
+        let bvh = within("collapse hierarchy", || Bvh::new(tree, scene));
         let _ = self.seconds.set((spent + start.elapsed()).as_secs_f64());
         Arc::new(bvh)
     }
@@ -148,7 +151,7 @@ const BATCH: Duration = Duration::from_millis(4);
 const BATCH_OF_SELDOM_FRAMES: Duration = Duration::from_millis(20);
 
 /// Starts an engine; its thread waits for the hierarchy.
-fn engine_thread(
+pub(super) fn engine_thread(
     scene: &Arc<Scene>,
     hierarchy: impl FnOnce(&Scene) -> Arc<Bvh> + Send + 'static,
     options: &Options,

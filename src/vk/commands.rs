@@ -13,11 +13,11 @@ use super::pipeline::{DepthBias, DepthStencil, Pipeline};
 use super::query::OcclusionQueries;
 use super::timestamp::{PassTimes, Timestamps};
 use crate::error::Result;
+use crate::trace;
 use ash::vk;
 use bytemuck::NoUninit;
 use std::cell::Cell;
 use std::ffi::CString;
-use std::sync::PoisonError;
 
 /// Staging memory used at a time.
 const STAGING_BYTES: usize = 64 << 20;
@@ -81,7 +81,7 @@ impl Commands {
     /// Writes `data` at `offset` bytes of a buffer, directly where the host can, else through staging memory.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when memory runs out or the device is lost.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn upload<T: NoUninit>(&mut self, device: &Device, to: &mut Buffer, offset: u64, data: &[T]) -> Result<()> {
         if to.is_mapped() {
             return to.write(offset, data);
@@ -153,20 +153,22 @@ impl<'a> Recording<'a> {
     /// Submits, waits for the device, and returns the time of each pass.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn submit(self) -> Result<PassTimes> {
         let core = &self.commands.tracked.core;
+        let submitting = trace::span("submit");
         let buffers = [self.commands.buffer];
-        let submit = [vk::SubmitInfo::default().command_buffers(&buffers)];
-        // SAFETY: the buffer was recorded by this struct alone; the mutex guards the queue.
+        let submit = vk::SubmitInfo::default().command_buffers(&buffers);
+        let submitted = if trace::is_on() { trace::now() } else { 0 };
+        // SAFETY: the buffer was recorded by this struct alone.
         unsafe {
             core.raw.end_command_buffer(self.commands.buffer).map_err(|e| error(e, "recording commands"))?;
-            let queue = core.queue.lock().unwrap_or_else(PoisonError::into_inner);
-            core.raw.queue_submit(*queue, &submit, self.commands.fence).map_err(|e| error(e, "submitting commands"))?;
+            core.submit(&submit, self.commands.fence, "submitting commands")?;
         }
-        self.commands.wait()?;
+        drop(submitting);
+        trace::within("wait", || self.commands.wait())?;
         match &self.commands.timestamps {
-            Some(timestamps) => timestamps.read(&self.passes),
+            Some(timestamps) => timestamps.read(&self.passes, submitted),
             None => Ok(PassTimes::default()),
         }
     }

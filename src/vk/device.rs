@@ -1,5 +1,6 @@
 //! The logical device: choice, creation, names of objects, and what is still alive when it goes.
 
+use super::calibration::Calibration;
 use super::error;
 use super::instance::Instance;
 use super::memory::Memory;
@@ -10,6 +11,7 @@ use crate::error::{Error, Result};
 use ash::{ext, khr, vk};
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// How a device is chosen and watched.
@@ -42,11 +44,15 @@ pub(super) struct DeviceCore {
     pub(super) queue: Mutex<vk::Queue>,
     pub(super) queue_family: u32,
     pub(super) timestamp_period_ns: Option<f32>,
+    /// Where the device's clock can be compared with the host's.
+    pub(super) calibration: Option<Calibration>,
     pub(super) memory: Memory,
     /// Texels that a view of a buffer may have.
     pub(super) max_texels: u32,
     pub(super) debug: Option<ext::debug_utils::Device>,
     live: Mutex<BTreeMap<u64, String>>,
+    /// Whether it counts as lost, on purpose.
+    lost: AtomicBool,
     pub(super) physical: vk::PhysicalDevice,
     pub(super) instance: Arc<Instance>,
 }
@@ -115,6 +121,11 @@ impl Device {
         self.core.live().values().cloned().collect()
     }
 
+    /// Has it count as lost from now on, as if its driver had said so: what is submitted to it is refused.
+    pub fn lose(&self) {
+        self.core.lost.store(true, Ordering::Relaxed);
+    }
+
     /// Bytes of device memory reserved.
     #[must_use]
     pub fn memory_bytes(&self) -> u64 {
@@ -145,9 +156,23 @@ impl DeviceCore {
             }
         };
         let timestamp_period_ns = chosen.timestamp_period_ns;
+        let calibration = chosen.calibration.map(|extension| Calibration::new(&instance, &raw, extension));
         let (queue, live) = (Mutex::new(queue), Mutex::default());
         let (physical, max_texels) = (chosen.raw, chosen.max_texels);
-        Ok(Self { raw, queue, queue_family, timestamp_period_ns, memory, max_texels, debug, live, physical, instance })
+        Ok(Self {
+            raw,
+            queue,
+            queue_family,
+            timestamp_period_ns,
+            calibration,
+            memory,
+            max_texels,
+            debug,
+            live,
+            lost: AtomicBool::new(false),
+            physical,
+            instance,
+        })
     }
 
     /// What the device allows images made as `info` says.
@@ -164,6 +189,19 @@ impl DeviceCore {
             )
         }
         .map_err(|e| error(e, &format!("asking for the limits of {:?} images", info.format)))
+    }
+
+    /// Submits to the queue; `doing` as in "submitting a picture".
+    ///
+    /// # Safety
+    /// As for `vkQueueSubmit`.
+    pub(super) unsafe fn submit(&self, work: &vk::SubmitInfo<'_>, fence: vk::Fence, doing: &str) -> Result<()> {
+        if self.lost.load(Ordering::Relaxed) {
+            return Err(error(vk::Result::ERROR_DEVICE_LOST, doing));
+        }
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: the caller's; the mutex guards the queue.
+        unsafe { self.raw.queue_submit(*queue, std::slice::from_ref(work), fence) }.map_err(|e| error(e, doing))
     }
 
     /// Waits until the queue has nothing to do.
@@ -279,6 +317,7 @@ fn create_device(instance: &Instance, chosen: &Candidate, queue_family: u32, pre
     if optional.stencil_export {
         extensions.push(ext::shader_stencil_export::NAME.as_ptr());
     }
+    extensions.extend(chosen.calibration.map(|extension| extension.name().as_ptr()));
     if presents {
         extensions.push(khr::swapchain::NAME.as_ptr());
     }

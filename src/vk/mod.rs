@@ -13,6 +13,7 @@
 
 pub mod barrier;
 pub mod buffer;
+mod calibration;
 pub mod commands;
 pub mod descriptor;
 pub mod device;
@@ -52,7 +53,7 @@ use ash::vk;
 /// Turns a Vulkan result into the error a user sees; `doing` as in "creating the swapchain".
 pub(crate) fn error(result: vk::Result, doing: &str) -> Error {
     match result {
-        vk::Result::ERROR_DEVICE_LOST => Error::Exhausted(format!("the Vulkan device was lost while {doing}")),
+        vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost(format!("the Vulkan device was lost while {doing}")),
         vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_POOL_MEMORY => {
             Error::Exhausted(format!("out of device memory while {doing}; try a smaller --size"))
         }

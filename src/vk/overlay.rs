@@ -123,7 +123,7 @@ impl Overlay {
     /// Puts picture and panels together, and waits for it.
     ///
     /// # Errors
-    /// [`Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out.
     pub fn compose(&mut self, from: &Image, gui: &mut Gui) -> Result<()> {
         self.update(gui)?;
         let Self { renderer, picture, commands, .. } = self;
@@ -144,7 +144,7 @@ impl Overlay {
     /// What [`Self::picture`] shows, row by row from the top left: sRGB, A is the coverage.
     ///
     /// # Errors
-    /// [`Error::Exhausted`] when the device is lost or memory runs out.
+    /// [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out.
     pub fn read(&mut self, device: &Device) -> Result<Vec<[u8; 4]>> {
         let vk::Extent2D { width, height } = self.picture.size();
         let pixels = width as usize * height as usize;

@@ -12,6 +12,7 @@ use super::surface::Surface;
 use super::swapchain::{Fault, Swapchain, Vsync};
 use super::{barrier, error};
 use crate::error::Result;
+use crate::trace;
 use ash::vk;
 use std::sync::{Arc, PoisonError};
 
@@ -78,7 +79,8 @@ impl Presenter {
     /// Shows a picture with what is laid over it, in a window that is to be of a size (it has the last word).
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost or memory runs out, [`crate::error::Error::NoWindow`] when the window
+    /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out,
+    /// [`crate::error::Error::NoWindow`] when the window
     /// is gone.
     pub fn present(
         &mut self,
@@ -87,8 +89,9 @@ impl Presenter {
         gui: &mut Gui,
         window: vk::Extent2D,
     ) -> Result<Presented> {
+        let _present = trace::span("present");
         overlay.update(gui)?;
-        self.slots[self.next].wait()?;
+        trace::within("wait for a picture", || self.slots[self.next].wait())?;
         for _ in 0..ATTEMPTS {
             match self.attempt(picture, overlay, gui, window) {
                 Ok(Some(presented)) => return Ok(presented),
@@ -169,7 +172,7 @@ impl Presenter {
     /// Waits until no picture is in flight, and the window has taken those that are done.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost.
+    /// [`crate::error::Error::DeviceLost`].
     pub fn wait(&mut self) -> Result<()> {
         for slot in &mut self.slots {
             slot.wait()?;
@@ -260,16 +263,15 @@ impl Slot {
         barrier::full(raw, buffer);
         let (waits, signals, buffers) = ([self.acquired], [target.drawn], [buffer]);
         let stages = [vk::PipelineStageFlags::ALL_COMMANDS];
-        let submit = [vk::SubmitInfo::default()
+        let submit = vk::SubmitInfo::default()
             .wait_semaphores(&waits)
             .wait_dst_stage_mask(&stages)
             .signal_semaphores(&signals)
-            .command_buffers(&buffers)];
-        // SAFETY: the buffer was recorded here alone, what it reads is kept below; the mutex guards the queue.
+            .command_buffers(&buffers);
+        // SAFETY: the buffer was recorded here alone, what it reads is kept below.
         unsafe {
             raw.end_command_buffer(buffer).map_err(|e| error(e, "recording commands"))?;
-            let queue = core.queue.lock().unwrap_or_else(PoisonError::into_inner);
-            raw.queue_submit(*queue, &submit, self.fence).map_err(|e| error(e, "submitting a picture"))?;
+            core.submit(&submit, self.fence, "submitting a picture")?;
         }
         self.reads = vec![Arc::clone(picture), shown];
         Ok(())

@@ -37,7 +37,7 @@ impl OcclusionQueries {
     /// Samples counted by the first `count` queries of a submission that has finished, so that nothing waits here.
     ///
     /// # Errors
-    /// [`crate::error::Error::Exhausted`] when the device is lost.
+    /// [`crate::error::Error::DeviceLost`].
     pub fn read(&self, count: u32) -> Result<Vec<u32>> {
         let mut samples = vec![0; count.min(self.capacity) as usize];
         if !samples.is_empty() {

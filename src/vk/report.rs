@@ -1,5 +1,6 @@
 //! What each Vulkan device is, what it lacks, and which formats it would use: `penombre info`.
 
+use super::calibration::Extension;
 use super::error;
 use super::instance::Instance;
 use crate::error::{Error, Result};
@@ -96,6 +97,8 @@ pub(super) struct Candidate {
     pub(super) depth_stencil: Option<vk::Format>,
     /// Nanoseconds a timestamp tick; `None` if the queue has no timestamps.
     pub(super) timestamp_period_ns: Option<f32>,
+    /// The extension that compares the device's clock with the host's.
+    pub(super) calibration: Option<Extension>,
     /// Largest single allocation, bytes.
     pub(super) max_allocation: u64,
     /// Texels that a view of a buffer may have.
@@ -184,6 +187,7 @@ fn inspect(instance: &Instance, index: usize, raw: vk::PhysicalDevice) -> Candid
         queue_family: family.map(|f| f as u32),
         depth_stencil,
         timestamp_period_ns: has_timestamps.then_some(basic.limits.timestamp_period),
+        calibration: Extension::of(instance, raw),
         max_allocation,
         max_texels: basic.limits.max_texel_buffer_elements,
         rank,

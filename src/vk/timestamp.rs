@@ -1,12 +1,17 @@
 //! Times of passes on the device's own clock.
 
+use super::calibration::Moment;
 use super::device::{Device, Tracked};
 use super::error;
 use crate::error::Result;
+use crate::trace;
 use ash::vk;
 
 /// Passes a recording can time; later ones go untimed.
 const MAX_PASSES: u32 = 32;
+
+/// What a trace says of a clock that cannot be compared with the host's.
+const ALIGNED: &str = "passes (each submission placed where it was submitted)";
 
 /// Two timestamps a pass; absent where the queue has none.
 pub(super) struct Timestamps {
@@ -59,8 +64,9 @@ impl Timestamps {
         unsafe { self.tracked.core.raw.cmd_write_timestamp2(commands, stage, self.raw, query) };
     }
 
-    /// Reads the times of the passes of a submission that has finished.
-    pub(super) fn read(&self, passes: &[&'static str]) -> Result<PassTimes> {
+    /// Reads the times of the passes of a submission that has finished; a trace is told them, and when it was `submitted` if the
+    /// device's clock cannot be compared with the host's.
+    pub(super) fn read(&self, passes: &[&'static str], submitted: u64) -> Result<PassTimes> {
         let passes = &passes[..passes.len().min(MAX_PASSES as usize)];
         let mut ticks = vec![0u64; 2 * passes.len()];
         if ticks.is_empty() {
@@ -70,8 +76,21 @@ impl Timestamps {
         // SAFETY: all these queries were written by the finished submission.
         unsafe { self.tracked.core.raw.get_query_pool_results(self.raw, 0, &mut ticks, flags) }
             .map_err(|e| error(e, "reading timestamps"))?;
+        if trace::is_on() {
+            self.trace(passes, &ticks, submitted);
+        }
         let ms = |pair: &[u64]| pair[1].wrapping_sub(pair[0]) as f64 * f64::from(self.period_ns) * 1e-6;
         Ok(PassTimes(passes.iter().copied().zip(ticks.chunks_exact(2).map(ms)).collect()))
+    }
+
+    fn trace(&self, passes: &[&'static str], ticks: &[u64], submitted: u64) {
+        let core = &self.tracked.core;
+        let calibrated = core.calibration.as_ref().and_then(|clock| clock.now(&core.raw));
+        let moment = calibrated.unwrap_or(Moment { ticks: ticks[0], nanoseconds: submitted, how: ALIGNED });
+        for (&pass, times) in passes.iter().zip(ticks.chunks_exact(2)) {
+            let [from, until] = [times[0], times[1]].map(|ticks| moment.host_time(ticks, self.period_ns));
+            trace::device_span(moment.how, pass, (from, until));
+        }
     }
 }
 

@@ -15,5 +15,6 @@ mod files;
 mod messages;
 mod probe;
 mod process;
+mod trace;
 mod view;
 mod window;

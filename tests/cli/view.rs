@@ -111,3 +111,24 @@ fn help_lists_every_command() {
         }
     }
 }
+
+#[test]
+fn after_a_lost_device_all_goes_on_as_if_nothing_had_been() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let script = "0 camera.fly 0.5 0 1\n0.2 light.dim lamp 0.5\n0.3 camera.fly 0 0 0\n0.5 window.picture end.exr\n";
+    fs::write(folder.path().join("walk.script"), script).unwrap();
+    let end = folder.path().join("end.exr");
+    let line = format!("{HEADLESS} --fps 10");
+    let pictures = ["", " --lose-device-at 3"].map(|lost| {
+        let output = run(folder.path(), &format!("{line}{lost}"));
+        assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+        fs::read(&end).unwrap()
+    });
+    assert!(pictures[0] == pictures[1]);
+    let output = run(folder.path(), &format!("{line} --lose-device-at 3 --lose-device-at 4"));
+    assert_eq!(output.status.code(), Some(4), "{}", stderr(&output));
+    assert!(stderr(&output).contains("the Vulkan device was lost"), "{}", stderr(&output));
+}

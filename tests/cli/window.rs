@@ -78,3 +78,23 @@ fn a_display_that_is_not_there_is_no_panic() {
         assert!(stderr(&output).starts_with("error: the display cannot be opened: Failed"), "{}", stderr(&output));
     }
 }
+
+#[test]
+fn a_window_outlives_a_lost_device() {
+    if !has_device() {
+        return;
+    }
+    let Some(server) = Server::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let script = "0.1 window.screenshot before.png\n0.2 light.toggle lamp\n0.3 light.toggle lamp\n\
+                  0.8 window.screenshot after.png\n1 app.quit\n";
+    fs::write(folder.path().join("walk.script"), script).unwrap();
+    let line = "view {cornell} --size 320x240 --script walk.script --lose-device-at 3 --trace t.json";
+    let output = server.run(folder.path(), line);
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+    let [before, after] = ["before.png", "after.png"].map(|name| png::read(&folder.path().join(name)).unwrap());
+    assert_eq!(before.0, after.0);
+    assert!(after.1.as_flattened().iter().any(|&byte| byte > 60), "the box is lit");
+    let trace = fs::read_to_string(folder.path().join("t.json")).unwrap();
+    assert!(["\"penombre-draw\"", "\"present\"", "light.toggle lamp"].iter().all(|what| trace.contains(what)));
+}

@@ -16,3 +16,4 @@ mod penumbrae;
 mod pixel_vertices;
 mod refinement;
 mod relighting;
+mod whole;

@@ -130,6 +130,12 @@ pub struct RenderArgs {
     /// Frame log (CSV, a row a frame); a summary goes beside it as FRAMES.json
     #[arg(long, value_name = "FRAMES.csv", value_parser = values::csv_path(), help_heading = MESSAGES)]
     pub log: Option<PathBuf>,
+    /// Frames in which the device is lost on purpose, to test what comes then
+    #[arg(long, value_name = "FRAME", hide = true)]
+    pub lose_device_at: Vec<u64>,
+    /// What threads and GPU do when, to look at on <https://ui.perfetto.dev>
+    #[arg(long, value_name = "TRACE.json", value_parser = values::json_path(), help_heading = MESSAGES)]
+    pub trace: Option<PathBuf>,
     /// Reference image of the same view: adds error columns to the log
     #[arg(long, value_name = "REF.exr", requires = "log", help_heading = MESSAGES)]
     pub reference: Option<PathBuf>,
@@ -212,11 +218,11 @@ pub struct InfoArgs {
 }
 
 impl RenderArgs {
-    /// Every file that the command writes: images (the first of a path), frame log, summary.
+    /// Every file that the command writes: images (the first of a path), frame log, summary, trace.
     fn written(&self) -> Vec<PathBuf> {
         let log = self.log.iter().flat_map(|log| [log.clone(), Summary::path_beside(log)]);
         let numbered = |path: &PathBuf| if self.camera_path.is_some() { numbered(path, 1) } else { path.clone() };
-        self.output.paths.iter().map(numbered).chain(log).collect()
+        self.output.paths.iter().map(numbered).chain(log).chain(self.trace.clone()).collect()
     }
 
     /// Checks before any work that all files can be written and that none would replace the reference.

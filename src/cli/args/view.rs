@@ -1,7 +1,7 @@
 //! Options of `view`.
 
 use super::super::values;
-use super::shared::GPU;
+use super::shared::{GPU, MESSAGES};
 use super::{CpuArgs, DeviceArgs, RefinementArgs, SceneArgs};
 use crate::app;
 use crate::pass::UpdateMode;
@@ -49,6 +49,15 @@ pub struct ViewArgs {
     #[arg(short = 'o', long = "output", value_name = "OUT", requires = "headless", value_parser = values::image_path(),
         help_heading = SCRIPT)]
     pub output: Option<PathBuf>,
+    /// Frame log (CSV, a row a frame); a summary goes beside it as FRAMES.json
+    #[arg(long, value_name = "FRAMES.csv", value_parser = values::csv_path(), help_heading = MESSAGES)]
+    pub log: Option<PathBuf>,
+    /// Frames in which the device is lost on purpose, to test what comes then
+    #[arg(long, value_name = "FRAME", hide = true)]
+    pub lose_device_at: Vec<u64>,
+    /// What threads and GPU do when, to look at on <https://ui.perfetto.dev>
+    #[arg(long, value_name = "TRACE.json", value_parser = values::json_path(), help_heading = MESSAGES)]
+    pub trace: Option<PathBuf>,
     /// Threads, random numbers and messages.
     #[command(flatten)]
     pub cpu: CpuArgs,
