@@ -26,6 +26,7 @@ mod readback;
 mod renderer;
 mod scene_buffers;
 mod shared;
+mod show;
 mod targets;
 mod texel_buffers;
 mod texture_maps;

@@ -18,6 +18,7 @@ pub mod pictures;
 mod recording;
 mod run_log;
 mod setup;
+mod show_view;
 mod still;
 mod thread_times;
 mod totals;
