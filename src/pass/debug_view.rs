@@ -2,10 +2,8 @@
 //! is asked for.
 
 use super::device_array::DeviceArray;
-use super::renderer::Renderer;
 use super::targets::Targets;
 use crate::error::Result;
-use crate::refine::update::DrawnId;
 use crate::scene::{Display, ToneMapping};
 use crate::vk::buffer::Texel;
 use crate::vk::commands::Load;
@@ -45,7 +43,7 @@ pub enum DebugImage {
 #[derive(Default)]
 pub(super) struct Debug {
     /// What is shown in place of the picture.
-    image: Option<DebugImage>,
+    pub image: Option<DebugImage>,
     made: Option<Made>,
 }
 
@@ -100,11 +98,20 @@ impl Debug {
         display: Display,
     ) -> Result<()> {
         let Some(image) = self.image else { return Ok(()) };
+        self.made(device, uniform)?.prepare(device, targets, image, display.tone_mapping)
+    }
+
+    /// The numbers of drawn triangles.
+    pub(super) fn values(&mut self, device: &Device, uniform: &Buffer) -> Result<&mut DeviceArray<u32>> {
+        Ok(&mut self.made(device, uniform)?.values)
+    }
+
+    fn made(&mut self, device: &Device, uniform: &Buffer) -> Result<&mut Made> {
         let made = match self.made.take() {
             Some(made) => made,
             None => Made::new(device, uniform)?,
         };
-        self.made.insert(made).prepare(device, targets, image, display.tone_mapping)
+        Ok(self.made.insert(made))
     }
 
     /// Records the view in place of the picture; whether there is one.
@@ -118,32 +125,5 @@ impl Debug {
             draws.triangles(0, 1);
         });
         true
-    }
-}
-
-impl Renderer {
-    /// Has the next pictures show something else in their place; `None` the picture itself.
-    pub fn set_debug_image(&mut self, image: Option<DebugImage>) {
-        self.debug.image = image;
-    }
-
-    /// What is shown in place of the picture.
-    #[must_use]
-    pub const fn debug_image(&self) -> Option<DebugImage> {
-        self.debug.image
-    }
-
-    /// Takes the numbers of drawn triangles that debug views show; those of others stay.
-    ///
-    /// # Errors
-    /// [`crate::error::Error::Exhausted`] when memory runs out.
-    pub fn set_debug_values(&mut self, values: impl IntoIterator<Item = (DrawnId, u32)>) -> Result<()> {
-        let made = match self.debug.made.take() {
-            Some(made) => made,
-            None => Made::new(&self.device, &self.uniform)?,
-        };
-        let made = self.debug.made.insert(made);
-        values.into_iter().for_each(|(drawn, value)| made.values.set(drawn.0, value));
-        Ok(())
     }
 }

@@ -30,6 +30,7 @@ mod readback;
 mod renderer;
 mod scene_buffers;
 mod shared;
+mod show;
 mod survivors;
 mod targets;
 mod texel_buffers;

@@ -1,9 +1,7 @@
-//! Debug views: which there are, what each needs of engine and renderer, and when it is there to be shown.
+//! Debug views: which there are, what each needs of engine and renderer, and how far it is there.
 
-use super::Session;
-use crate::error::Result;
-use crate::pass::{DebugImage, FrameOptions};
-use crate::refine::update::{Question, Shown, Update};
+use crate::pass::DebugImage;
+use crate::refine::update::{Question, Shown};
 use std::time::{Duration, Instant};
 
 /// What is shown of a view. Lights are named by their number in the scene.
@@ -41,7 +39,7 @@ pub enum DebugView {
 }
 
 impl DebugView {
-    const fn image(self) -> Option<DebugImage> {
+    pub(super) const fn image(self) -> Option<DebugImage> {
         Some(match self {
             Self::Final => return None,
             Self::Kd => DebugImage::Kd,
@@ -59,7 +57,7 @@ impl DebugView {
     }
 
     /// What slots must show for it.
-    const fn shown(self) -> Shown {
+    pub(super) const fn shown(self) -> Shown {
         match self {
             Self::Direct(light) => Shown::Direct(light),
             Self::Indirect => Shown::Indirect,
@@ -69,7 +67,7 @@ impl DebugView {
     }
 
     /// What must be known of each drawn triangle for it.
-    const fn question(self) -> Option<Question> {
+    pub(super) const fn question(self) -> Option<Question> {
         match self {
             Self::Error => Some(Question::Error),
             Self::LightMesh(light) => Some(Question::LightMesh(light)),
@@ -84,17 +82,17 @@ const BETWEEN_QUESTIONS: Duration = Duration::from_millis(250);
 /// The debug view that is wanted, and how far it is there.
 #[derive(Debug, Default)]
 pub(super) struct Debug {
-    wanted: DebugView,
+    pub wanted: DebugView,
     /// What the engine was last told that slots show.
-    told: Shown,
+    pub told: Shown,
     /// What the slots of the renderer show.
-    shown: Shown,
+    pub shown: Shown,
     /// What was asked last, when, and the view and the rays of that time.
-    asked: Option<(Question, Instant, (u32, u64))>,
+    pub asked: Option<(Question, Instant, (u32, u64))>,
     /// Whether no answer has come yet.
-    waits: bool,
+    pub waits: bool,
     /// What the numbers of drawn triangles answer.
-    answered: Option<Question>,
+    pub answered: Option<Question>,
 }
 
 impl Debug {
@@ -103,102 +101,18 @@ impl Debug {
         self.waits || self.told != self.shown || self.told != self.wanted.shown()
     }
 
-    fn is_there(&self) -> bool {
+    pub(super) fn is_there(&self) -> bool {
         let question = self.wanted.question();
         self.shown == self.wanted.shown() && (question.is_none() || self.answered == question)
     }
 
     /// The question that is to be asked now, of a view with so many rays; `paced` asks where something changed, however lately it
     /// was asked.
-    fn question_due(&self, at: (u32, u64), paced: bool) -> Option<Question> {
+    pub(super) fn question_due(&self, at: (u32, u64), paced: bool) -> Option<Question> {
         let question = self.wanted.question().filter(|_| !self.waits)?;
         let is_old = |(asked, when, then): (Question, Instant, (u32, u64))| {
             asked != question || then != at && (paced || then.0 != at.0 || when.elapsed() >= BETWEEN_QUESTIONS)
         };
         self.asked.is_none_or(is_old).then_some(question)
-    }
-}
-
-impl Session {
-    /// Shows a debug view, as soon as the engine has told what it needs; frames show the one before until then.
-    pub fn set_debug_view(&mut self, view: DebugView) {
-        self.redisplay |= view != self.debug.wanted;
-        self.debug.wanted = view;
-    }
-
-    /// The debug view that is wanted.
-    #[must_use]
-    pub const fn debug_view(&self) -> DebugView {
-        self.debug.wanted
-    }
-
-    /// Whether frames show the debug view that is wanted.
-    #[must_use]
-    pub fn shows_debug_view(&self) -> bool {
-        self.debug.is_there() && self.renderer.debug_image() == self.debug.wanted.image()
-    }
-
-    /// Asks the engine for what the debug view needs, and has the renderer show it once that is there; the updates that were waited for.
-    pub(super) fn prepare_debug_view(&mut self) -> Result<Vec<Update>> {
-        let mut updates = Vec::new();
-        let paced = self.batches().is_some();
-        let shown = self.debug.wanted.shown();
-        if std::mem::replace(&mut self.debug.told, shown) != shown {
-            self.engine.show(shown);
-            updates.extend(self.answer()?);
-        }
-        let at = (self.wanted, self.stats.rays);
-        if let Some(question) = self.debug.question_due(at, paced) {
-            self.engine.ask(question);
-            (self.debug.asked, self.debug.waits) = (Some((question, Instant::now(), at)), true);
-            updates.extend(self.answer()?);
-        }
-        if self.debug.wanted == DebugView::Level {
-            self.renderer.set_debug_values(self.levels.all().map(|(drawn, level)| (drawn, level.into())))?;
-            self.debug.answered = None;
-        }
-        if self.debug.is_there() {
-            self.renderer.set_debug_image(self.debug.wanted.image());
-        } else if self.debug.shown == Shown::Light && self.debug.told != Shown::Light {
-            self.renderer.set_debug_image(None);
-        }
-        Ok(updates)
-    }
-
-    /// The answer of an engine that works in step with the frames; one that is free answers when it comes to it.
-    fn answer(&mut self) -> Result<Option<Update>> {
-        if self.batches().is_none() {
-            return Ok(None);
-        }
-        let update = self.engine.wait()?;
-        self.apply(std::slice::from_ref(&update))?;
-        Ok(Some(update))
-    }
-
-    /// Takes in what an update says for debug views.
-    pub(super) fn hear_for_debug_view(&mut self, update: &Update) -> Result<()> {
-        if std::mem::replace(&mut self.debug.shown, update.shown) != update.shown {
-            // All values change at once.
-            self.renderer.draw_all_next();
-            self.redisplay = true;
-        }
-        let Some(answer) = &update.answer else { return Ok(()) };
-        (self.debug.answered, self.debug.waits, self.redisplay) = (Some(answer.question), false, true);
-        self.renderer.set_debug_values(answer.of.iter().copied())
-    }
-
-    /// Has the images hold light again, for files; the next frame goes back to the debug view.
-    pub(super) fn draw_light(&mut self) -> Result<()> {
-        if self.debug.told == Shown::Light && self.debug.shown == Shown::Light {
-            return Ok(());
-        }
-        self.debug.told = Shown::Light;
-        self.engine.show(Shown::Light);
-        let updates = self.engine.settle()?;
-        self.apply(&updates)?;
-        self.renderer.set_debug_image(None);
-        self.renderer.frame(&FrameOptions { full_luminance: true, ..FrameOptions::default() })?;
-        self.redisplay = true;
-        Ok(())
     }
 }

@@ -21,6 +21,7 @@ mod recovery;
 mod reload;
 mod run_log;
 mod setup;
+mod show_view;
 mod specular_age;
 mod still;
 mod summarise;
@@ -295,13 +296,6 @@ impl Session {
     /// Whether the engine has taken the present view in.
     fn is_answered(&self) -> bool {
         self.generation == Some(self.wanted)
-    }
-
-    /// Notes what grows, where a trace is recorded.
-    fn count(&self) {
-        trace::counter("rays", self.stats.rays as f64);
-        trace::counter("vertices", self.stats.vertices as f64);
-        trace::counter("memory, MiB", self.memory_bytes() as f64 / f64::from(1 << 20));
     }
 
     /// Turns until the budget of the present view is spent, nothing is left to do, or the observer interrupts; tells it of each frame.

@@ -1,9 +1,11 @@
-//! What the summary of a run says of its session.
+//! What the summary of a run, and its trace, say of its session.
 
+use super::Session;
 use super::options::{Options, thread_count};
 use super::totals::Totals;
 use crate::log::summary::{Memory, Summary};
 use crate::system;
+use crate::trace;
 use crate::vk::Device;
 use std::time::Instant;
 
@@ -49,5 +51,14 @@ impl Totals {
         times.total = Some(start.elapsed().as_secs_f64());
         cpu.total = system::cpu_seconds();
         cpu.light = engine.cpu_seconds;
+    }
+}
+
+impl Session {
+    /// Notes what grows, where a trace is recorded.
+    pub(super) fn count(&self) {
+        trace::counter("rays", self.stats.rays as f64);
+        trace::counter("vertices", self.stats.vertices as f64);
+        trace::counter("memory, MiB", self.memory_bytes() as f64 / f64::from(1 << 20));
     }
 }
