@@ -8,6 +8,7 @@ mod budget;
 mod clock;
 mod counting;
 mod debug_view;
+mod drawing;
 mod error_meter;
 mod frame;
 mod interactive;
@@ -46,7 +47,7 @@ pub use totals::Totals;
 
 use crate::error::{Error, Result};
 use crate::log::summary::AheadPictures;
-use crate::pass::{FrameOptions, Renderer};
+use crate::pass::Renderer;
 use crate::refine::engine::Visible;
 use crate::refine::pixel_lists::FaceImage;
 use crate::refine::replay::Levels;
@@ -64,9 +65,6 @@ use std::time::{Duration, Instant};
 
 /// How often an interrupt is looked for, and the observer told, while the first frame waits.
 const TICK: Duration = Duration::from_millis(50);
-
-/// Occlusion queries of a frame: 13 to 30 µs each on a software rasteriser.
-const QUERIES_A_FRAME: u32 = 128;
 
 /// A run in progress: a renderer, a light engine, and what has passed between them.
 ///
@@ -233,18 +231,7 @@ impl Session {
             || whole
             || matches!(self.frames_come, Frames::Every(time) if self.clock.picture_is_due(time));
         self.clock.drawing_begins();
-        if whole || self.renderer.must_draw_all(self.options.update) {
-            self.filled_faces = if self.is_answered() { 0 } else { self.renderer.fill_faces(&self.scene) as u64 };
-        }
-        self.lose_device_if_asked();
-        let passes = self.renderer.frame(&FrameOptions {
-            colour: moved,
-            full_luminance: whole,
-            combine: combined.then_some(self.display),
-            update_mode: self.options.update,
-            queries: if self.counting.how == PixelCounts::Query { QUERIES_A_FRAME } else { 0 },
-        });
-        let passes = match passes {
+        let passes = match self.draw(moved, whole, combined) {
             Err(fault @ Error::DeviceLost(_)) => {
                 (self.undrawn, self.redisplay) = (Some(Turn { updates, answered: answered || moved }), combined);
                 return Err(fault);
@@ -276,21 +263,6 @@ impl Session {
             filled_faces,
             updates,
         })
-    }
-
-    /// Counts a picture; whether it has S of an earlier view.
-    fn count_picture(&mut self) -> bool {
-        let is_stale = self.stale_specular().is_some();
-        self.specular_age.picture(self.drawn);
-        self.ahead.stale_specular += u64::from(is_stale);
-        self.ahead.filled += u64::from(self.filled_faces > 0);
-        is_stale
-    }
-
-    /// The earlier view that S of what is in view is for, by its generation; `None` if S is right.
-    fn stale_specular(&self) -> Option<u32> {
-        let is_glossy = self.shot.as_ref().is_some_and(|shot| shot.glossy);
-        self.generation.filter(|_| is_glossy && !self.is_answered())
     }
 
     /// Whether the engine has taken the present view in.

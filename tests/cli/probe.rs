@@ -37,8 +37,9 @@ const SCENE: &str = "[geometry]\nobj = [\"box.obj\"]\n[[camera]]\nposition = [0.
 
 fn write_scene(folder: &Path) {
     let (texels, size) = (8, ImageSize { width: 8, height: 8 });
-    let paint =
-        |i: usize| [(i % texels * 30) as u8, (i / texels * 30) as u8, if (i + i / texels) % 2 == 0 { 200 } else { 40 }];
+    let paint = |i: usize| {
+        [(i % texels * 30) as u8, (i / texels * 30) as u8, if (i + i / texels).is_multiple_of(2) { 200 } else { 40 }]
+    };
     let pixels: Vec<u8> = (0..size.pixels()).flat_map(paint).collect();
     png::write_bytes(&folder.join("paint.png"), size, &pixels).unwrap();
     for (name, text) in [("box.obj", OBJECTS), ("box.mtl", MATERIALS), ("box.toml", SCENE)] {
