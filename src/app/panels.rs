@@ -13,7 +13,7 @@ use super::rate::Rate;
 use super::table::Entry;
 use super::viewer::Viewer;
 use egui::{Align2, Context, Ui, Window};
-use style::{MARGIN, frame};
+use style::{MARGIN, frame, page};
 use winit::keyboard::KeyCode;
 
 /// Width of the panel, points.
@@ -40,7 +40,7 @@ pub fn lay_out(
         });
     }
     if let Some(probe) = viewer.explained().probe() {
-        probe_panel::lay_out(context, probe, frame());
+        probe_panel::lay_out(context, probe, page());
     }
     if viewer.open().help {
         help::lay_out(context, viewer, printed);

@@ -1,6 +1,6 @@
 //! The help: commands with their keys, and what is set at present.
 
-use super::style::{MARGIN, frame};
+use super::style::{MARGIN, page};
 use crate::app::command::operator_name;
 use crate::app::table::ENTRIES;
 use crate::app::trigger::labels;
@@ -14,7 +14,7 @@ const HELP: egui::Vec2 = egui::vec2(980.0, 640.0);
 /// Lays it out.
 pub(super) fn lay_out(context: &Context, viewer: &Viewer, printed: &dyn Fn(KeyCode) -> Option<String>) {
     let most = context.content_rect().size() - egui::Vec2::splat(6.0 * MARGIN);
-    let panel = Window::new("help").title_bar(false).frame(frame()).fixed_size(most.min(HELP));
+    let panel = Window::new("help").title_bar(false).frame(page()).fixed_size(most.min(HELP));
     panel.anchor(Align2::CENTER_CENTER, [0.0, 0.0]).show(context, |ui| {
         ScrollArea::both().auto_shrink(false).show(ui, |ui| {
             ui.label("Shift flies three times as fast, Ctrl at a third");

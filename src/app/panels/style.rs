@@ -9,3 +9,8 @@ pub(super) const MARGIN: f32 = 8.0;
 pub(super) fn frame() -> Frame {
     Frame::new().fill(Color32::from_black_alpha(200)).inner_margin(MARGIN).corner_radius(4.0)
 }
+
+/// Opaque: what is long must be read well, whatever lies under it.
+pub(super) fn page() -> Frame {
+    frame().fill(Color32::BLACK)
+}
