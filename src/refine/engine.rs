@@ -15,7 +15,7 @@ use super::reflectances::Reflectances;
 use super::roots::Roots;
 use super::rounds::Rounds;
 use super::scheduler::Scheduler;
-use super::smooth::Smoothing;
+use super::smoothing_clock::Smoothing;
 use super::update::{DrawnPixels, EngineStats, Shown, Update};
 use super::view::ViewState;
 use super::workers::{Workers, job_nanoseconds, thread_nanoseconds};

@@ -33,6 +33,7 @@ mod rounds;
 pub mod scheduler;
 mod shown;
 mod smooth;
+mod smoothing_clock;
 #[cfg(test)]
 mod testing;
 pub mod thread;
