@@ -191,7 +191,11 @@ fn highlights_lag_by_two_pictures_at_most_and_views_that_are_superseded_are_not_
         assert_eq!(held.answered, [1, 4, 7], "each time the newest");
         assert_eq!(held.session.totals().ahead.stale_specular, 5);
         held.answer(8);
-        assert!(held.layers() == held.drawn_anew(0.1));
+        let (answered, anew) = (held.layers(), held.drawn_anew(0.1));
+        assert!(answered.face_id == anew.face_id && answered.kd == anew.kd && answered.s == anew.s);
+        // On edges of drawn triangles either may show: a step of half precision.
+        let differs = |(a, b): (&[f32; 3], &[f32; 3])| (a[0] - b[0]).abs() > 1e-3 * b[0];
+        assert!(!answered.d.iter().zip(&anew.d).any(differs));
     });
 }
 
