@@ -69,7 +69,7 @@ impl Overlay {
         Ok(Self { renderer, picture, commands, pool, unused: Vec::new(), tracked })
     }
 
-    /// The picture with what lies over it, after [`Self::record`] or [`Self::compose`].
+    /// The picture with what lies over it, after `record` or [`Self::compose`].
     #[must_use]
     pub const fn picture(&self) -> &Arc<Image> {
         &self.picture
