@@ -32,20 +32,7 @@ pub(super) fn change_layout(
     image: &Image,
     [from, to]: [vk::ImageLayout; 2],
 ) {
-    let barrier = vk::ImageMemoryBarrier2::default()
-        .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-        .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
-        .dst_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
-        .dst_access_mask(vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE)
-        .old_layout(from)
-        .new_layout(to)
-        .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
-        .image(image.raw)
-        .subresource_range(image.whole());
-    let barriers = [barrier];
-    // SAFETY: `commands` is being recorded, outside a rendering scope; the image is alive.
-    unsafe { device.cmd_pipeline_barrier2(commands, &vk::DependencyInfo::default().image_memory_barriers(&barriers)) };
+    transition(device, commands, (image.raw, image.whole()), [from, to]);
 }
 
 /// Moves an image of a window from one layout to another, after everything before and ahead of everything after.
@@ -57,6 +44,16 @@ pub(super) fn window_image(
 ) {
     let whole =
         vk::ImageSubresourceRange::default().aspect_mask(vk::ImageAspectFlags::COLOR).level_count(1).layer_count(1);
+    transition(device, commands, (image, whole), [from, to]);
+}
+
+/// Moves part of an image that is alive from one layout to another.
+fn transition(
+    device: &ash::Device,
+    commands: vk::CommandBuffer,
+    (image, part): (vk::Image, vk::ImageSubresourceRange),
+    [from, to]: [vk::ImageLayout; 2],
+) {
     let barrier = vk::ImageMemoryBarrier2::default()
         .src_stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)
         .src_access_mask(vk::AccessFlags2::MEMORY_WRITE)
@@ -67,8 +64,8 @@ pub(super) fn window_image(
         .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
         .image(image)
-        .subresource_range(whole);
+        .subresource_range(part);
     let barriers = [barrier];
-    // SAFETY: `commands` is being recorded, outside a rendering scope; the image belongs to a swapchain that is alive.
+    // SAFETY: `commands` is being recorded, outside a rendering scope; the image is alive.
     unsafe { device.cmd_pipeline_barrier2(commands, &vk::DependencyInfo::default().image_memory_barriers(&barriers)) };
 }
