@@ -12,7 +12,7 @@ use penombre::refine::replay::HostMesh;
 use penombre::refine::update::EngineStats;
 use penombre::scene::Scene;
 use penombre::scene::camera::{ImageSize, View};
-use penombre::scene::light::{Light, LightKind};
+use penombre::scene::light::{Light, LightKind, LightState};
 use penombre::session::{
     Batches, Budget, EndedBy, FrameReport, Observer, Options, Pace, Refinement, Session, Unobserved, owned_engine,
 };
@@ -201,7 +201,7 @@ fn a_lost_device_is_made_anew_and_the_pictures_are_the_same() {
     let picture = |lose_device_at: Vec<u64>| {
         let mut picture = None;
         with_session(&Options { lose_device_at, ..limited.clone() }, |session, view| {
-            session.look(view, &[Vec3::splat(0.5)]).unwrap();
+            session.look(view, &[LightState::times(Vec3::splat(0.5))]).unwrap();
             let mut losses = 0;
             let by = loop {
                 match session.run(&mut Unobserved) {

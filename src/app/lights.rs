@@ -1,6 +1,6 @@
-//! What the user makes of the scene's lights: switches and factors.
+//! What the user makes of the scene's lights: switches, factors and places.
 
-use crate::scene::light::Light;
+use crate::scene::light::{Light, LightState};
 use glam::Vec3;
 
 /// A light as it is set.
@@ -14,6 +14,8 @@ pub struct Setting {
     pub power: f32,
     /// Colour, as factors on that of the scene, linear Rec.709.
     pub colour: Vec3,
+    /// Where it was moved to, scene units.
+    pub position: Option<Vec3>,
 }
 
 /// The lights of a scene, in its order.
@@ -24,7 +26,10 @@ impl Lights {
     /// All as loaded.
     #[must_use]
     pub fn new(lights: &[Light]) -> Self {
-        let as_loaded = |light: &Light| Setting { name: light.name.clone(), on: true, power: 1.0, colour: Vec3::ONE };
+        let as_loaded = |Light { name, .. }: &Light| {
+            let name = name.clone();
+            Setting { name, on: true, power: 1.0, colour: Vec3::ONE, position: None }
+        };
         Self(lights.iter().map(as_loaded).collect())
     }
 
@@ -52,9 +57,10 @@ impl Lights {
         there_is
     }
 
-    /// What each emits, against what the scene says.
+    /// Each as it is set.
     #[must_use]
-    pub fn factors(&self) -> Vec<Vec3> {
-        self.0.iter().map(|light| light.colour * if light.on { light.power } else { 0.0 }).collect()
+    pub fn states(&self) -> Vec<LightState> {
+        let factor = |light: &Setting| light.colour * if light.on { light.power } else { 0.0 };
+        self.0.iter().map(|light| LightState { factor: factor(light), position: light.position }).collect()
     }
 }

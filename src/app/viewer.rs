@@ -227,7 +227,7 @@ impl Viewer {
             return Ok(None);
         }
         if std::mem::take(&mut self.changed) {
-            let looked = self.session.look_through(&self.flight.camera, &self.lights.factors());
+            let looked = self.session.look_through(&self.flight.camera, &self.lights.states());
             self.changed = looked.is_err();
             looked?;
         }

@@ -29,7 +29,8 @@ pub struct Job {
 /// What a visit samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wanted {
-    /// First visit of a base vertex: the lights that make up most of what can arrive.
+    /// First visit of a base vertex: the lights that make up most of what can arrive. Of a vertex that was visited before a light
+    /// moved, only those that are not settled.
     Strongest,
     /// First visit of a midpoint: lights whose visibility the corners of the node that was split do not settle.
     Midpoint {
@@ -49,6 +50,14 @@ pub enum Wanted {
     },
     /// As many points again for lights that are partly visible.
     Double,
+}
+
+impl Wanted {
+    /// Whether a visit settles all lights, as far as they are worth it.
+    #[must_use]
+    pub const fn is_of_all_lights(self) -> bool {
+        matches!(self, Self::Strongest | Self::Midpoint { .. } | Self::Pixel)
+    }
 }
 
 /// New samples of one light at one vertex.
@@ -121,11 +130,11 @@ pub fn visit(context: &SceneContext<'_>, cache: &Cache, job: Job, out: &mut Resu
     }
 }
 
-/// The first visit of a vertex on the surface: its lights, and whether something covers it.
+/// The first visit of a vertex on the surface: its lights, and whether something covers it. That does not change when lights move.
 fn first_visit(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: VertexKind, out: &mut Results) {
     let before = out.lights.len();
     first_lights(context, cache, id, place, out);
-    if cache.without.has(Piece::Covered) {
+    if cache.without.has(Piece::Covered) || cache.vertices[id].outdated {
         return;
     }
     // A vertex that sees a light is not enclosed: only dark ones are worth the probes.
@@ -145,7 +154,14 @@ fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: 
     } else {
         cache.prior.cells_of(&cache.vertices[id])
     };
+    let outdated = cache.vertices[id].outdated;
+    let mut expected = 0.0;
     for (loaded, light) in strengths(context, cache, id) {
+        let known = if outdated { cache.layers[light as usize].visibility.get(id) } else { Visibility::default() };
+        if known.is_settled() {
+            expected += loaded * context.lights.group_factor(light as usize).max_element() * known.fraction();
+            continue;
+        }
         let settled = if loaded == 0.0 {
             Some(0.0)
         } else {
@@ -160,7 +176,7 @@ fn first_lights(context: &SceneContext<'_>, cache: &Cache, id: VertexId, place: 
         let strength = loaded * context.lights.group_factor(light as usize).max_element();
         open.push(Open { light, strength, odds: odds(cache, around, place, light) });
     }
-    let mut expected: f32 = open.iter().map(|o| o.strength * o.odds).sum();
+    expected += open.iter().map(|o| o.strength * o.odds).sum::<f32>();
     let mut left: f32 = open.iter().map(Open::variance).sum();
     open.sort_unstable_by(|a, b| b.variance().total_cmp(&a.variance()).then(a.light.cmp(&b.light)));
     let many =
@@ -225,7 +241,7 @@ fn strengths(context: &SceneContext<'_>, cache: &Cache, id: VertexId) -> SmallVe
     context.lights.groups().map(|light| strength(cache, id, light)).zip(0..).collect()
 }
 
-fn strength(cache: &Cache, id: VertexId, light: LightGroup<'_>) -> f32 {
+pub(super) fn strength(cache: &Cache, id: VertexId, light: LightGroup<'_>) -> f32 {
     let position = cache.vertices[id].position;
     let at_slot = |slot: SlotId| light.strength(position, cache.slots[slot].normal());
     cache.slots_of(id).map(at_slot).fold(0.0, f32::max)

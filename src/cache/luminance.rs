@@ -143,12 +143,12 @@ impl Cache {
     /// Keeps what direct light was found to show at a slot, in any view.
     pub fn note_direct(&mut self, slot: SlotId, shown: &Shown) {
         let record = &mut self.slots[slot];
-        let progress = &mut self.vertices[record.vertex].progress;
+        let Vertex { progress, outdated, .. } = &mut self.vertices[record.vertex];
         record.set_direct(Luminance {
             diffuse: shown.diffuse.value,
             variance: shown.diffuse.variance,
             known: progress.visited,
-            stale: shown.guessed,
+            stale: shown.guessed || *outdated,
             ..Luminance::default()
         });
         progress.left = shown.left;

@@ -20,6 +20,7 @@ pub mod irradiance_prior;
 mod kept_luminance;
 pub mod layer;
 pub mod luminance;
+pub mod moved_light;
 pub mod pieces;
 pub mod pixel_vertex;
 pub mod pixels;

@@ -151,7 +151,7 @@ mod tests {
     /// Two lamps of 1 and 3 W that count times these factors.
     fn lighting(factors: [f32; 2]) -> Lighting {
         let power = Vec3::splat(factors[0] + 3.0 * factors[1]);
-        Lighting { factors: factors.map(Vec3::splat).to_vec(), power }
+        Lighting { factors: factors.map(Vec3::splat).to_vec(), positions: vec![None, Some(Vec3::ZERO)], power }
     }
 
     /// What a vertex gathered of so many rays that find a diffuse luminance.
@@ -180,6 +180,20 @@ mod tests {
         assert_eq!((now.rays.get(VERTEX), now.sums.get(SLOT)), (40, before));
         previous.relight(&mut now, both, &one);
         assert_eq!((now.rays.get(VERTEX), now.sums.get(SLOT)), (8, gathered(Vec3::Y, &[0.5; 8])));
+    }
+
+    #[test]
+    fn a_lamp_moved_there_and_back_has_lost_nothing_and_one_that_is_off_may_move() {
+        let (mut previous, mut now) = (PreviousLighting::default(), gathers(40, 2.0));
+        let moved = |factors: [f32; 2]| Lighting { positions: vec![None, Some(Vec3::X)], ..lighting(factors) };
+        let before = now.sums.get(SLOT);
+        previous.relight(&mut now, lighting([1.0, 0.0]), &moved([1.0, 0.0]));
+        assert_eq!(now.sums.get(SLOT), before, "it is off");
+        previous.relight(&mut now, moved([1.0, 1.0]), &lighting([1.0, 1.0]));
+        assert_eq!(now.rays.get(VERTEX), 0);
+        assert!(previous.guess(SLOT).is_some_and(|sum| close(sum.irradiance().x, before.irradiance().x)));
+        previous.relight(&mut now, lighting([1.0, 1.0]), &moved([1.0, 1.0]));
+        assert_eq!((now.rays.get(VERTEX), now.sums.get(SLOT)), (40, before));
     }
 
     #[test]

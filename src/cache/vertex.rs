@@ -25,6 +25,8 @@ pub struct Vertex {
     lift: f32,
     /// Whether all facets around it have its normal.
     flat: bool,
+    /// Whether a light has moved since it was visited: what it knows of that one is a guess.
+    pub outdated: bool,
     /// First of its slots, linked through [`super::slot::SlotRecord::next`].
     pub first_slot: Link<SlotId>,
     /// How far its sampling has come.
@@ -139,6 +141,7 @@ impl Vertex {
             inward: Vec3::ZERO,
             lift: 0.0,
             flat: false,
+            outdated: false,
             first_slot: Link::NONE,
             progress: Progress::default(),
         }
@@ -156,6 +159,12 @@ impl Vertex {
     #[must_use]
     pub const fn normal(&self) -> Vec3 {
         self.normal
+    }
+
+    /// Whether it is to be visited before anything else is done there.
+    #[must_use]
+    pub const fn is_due(&self) -> bool {
+        !self.progress.visited || self.outdated
     }
 
     /// The place where light is sampled: rays start at its origin.

@@ -89,6 +89,12 @@ impl VisibilityPrior {
         }
     }
 
+    /// Forgets what was found of a light.
+    pub(super) fn forget(&mut self, light: u32) {
+        let cells = self.cells.len() as u32;
+        (0..cells).for_each(|cell| self.counts.reset(self.index(cell, light)));
+    }
+
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         map_bytes(&self.cells) + self.counts.bytes()

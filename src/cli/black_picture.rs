@@ -3,7 +3,7 @@
 use crate::image::tone_mapping;
 use crate::pass::Layers;
 use crate::scene::camera::View;
-use crate::scene::light::{Light, LightKind, spot_falloff};
+use crate::scene::light::{Light, LightKind, LightState, spot_falloff};
 use crate::scene::{Display, EmissionSide, FaceId, Scene, TriangleId};
 use glam::{Vec3, Vec4};
 use std::collections::BTreeMap;
@@ -37,8 +37,8 @@ pub struct Shown<'a> {
     pub view: &'a View,
     /// How it is displayed.
     pub display: Display,
-    /// What each of the scene's lights counts times; empty if all are as loaded.
-    pub factors: &'a [Vec3],
+    /// The scene's lights as they are made to be; empty if all are as loaded.
+    pub lights: &'a [LightState],
     /// Linear radiance of the written pixels.
     pub combined: &'a [Vec4],
     /// Layers at pixel centres.
@@ -78,7 +78,7 @@ impl Shown<'_> {
         if bright as f64 > SPECKS * covered.len() as f64 {
             return None;
         }
-        let shining: Vec<&Light> = self.shining().collect();
+        let shining: Vec<Light> = self.shining().collect();
         if shining.is_empty() && self.scene.lights.iter().any(|light| self.power(light).max_element() > 0.0) {
             return None; // Edits of the camera path have switched them off.
         }
@@ -118,11 +118,17 @@ impl Shown<'_> {
         format!("the camera sees nothing: {how}; {what}")
     }
 
-    /// Lights with power that are not switched off.
-    fn shining(&self) -> impl Iterator<Item = &Light> {
-        let factor = |i: usize| self.factors.get(i).copied().unwrap_or(Vec3::ONE);
-        let lights = self.scene.lights.iter().enumerate();
-        lights.filter(move |&(i, light)| (self.power(light) * factor(i)).max_element() > 0.0).map(|(_, light)| light)
+    /// Lights with power that are not switched off, where they are.
+    fn shining(&self) -> impl Iterator<Item = Light> {
+        let state = |i: usize| self.lights.get(i).copied().unwrap_or_default();
+        self.scene.lights.iter().enumerate().filter_map(move |(i, light)| {
+            let LightState { factor, position } = state(i);
+            ((self.power(light) * factor).max_element() > 0.0).then(|| {
+                let mut light = light.clone();
+                position.into_iter().for_each(|position| light.kind.move_to(position));
+                light
+            })
+        })
     }
 
     fn power(&self, light: &Light) -> Vec3 {
@@ -135,7 +141,7 @@ impl Shown<'_> {
         }
     }
 
-    fn no_power(&self, shining: &[&Light]) -> Option<String> {
+    fn no_power(&self, shining: &[Light]) -> Option<String> {
         shining.is_empty().then(|| {
             let count = self.scene.lights.len();
             format!("none of the scene's lights ({count}) shines: give them power")
@@ -165,7 +171,7 @@ impl Shown<'_> {
         format!("material {}{more}", listed.join(", "))
     }
 
-    fn backs_of_lamps(&self, shining: &[&Light], points: &[Point]) -> Option<String> {
+    fn backs_of_lamps(&self, shining: &[Light], points: &[Point]) -> Option<String> {
         self.mostly(Relation::Behind, shining, points).then(|| {
             let names: Vec<String> = shining.iter().take(3).map(|light| format!("{:?}", light.name)).collect();
             let lamps = names.join(", ");
@@ -200,7 +206,7 @@ impl Shown<'_> {
         ))
     }
 
-    fn in_the_dark(&self, shining: &[&Light], points: &[Point]) -> String {
+    fn in_the_dark(&self, shining: &[Light], points: &[Point]) -> String {
         let (cause, what) = if self.mostly(Relation::TurnedAway, shining, points) {
             ("all that is in view faces away from the lights", "move the camera to the lit side, or add a light")
         } else if self.mostly(Relation::BesideCone, shining, points) {
@@ -215,7 +221,7 @@ impl Shown<'_> {
     }
 
     /// Whether most pairs of a point and a light are related so.
-    fn mostly(&self, wanted: Relation, shining: &[&Light], points: &[Point]) -> bool {
+    fn mostly(&self, wanted: Relation, shining: &[Light], points: &[Point]) -> bool {
         let pairs = points.iter().flat_map(|point| shining.iter().map(move |light| self.relation(light, point)));
         let found = pairs.filter(|&relation| relation == wanted).count();
         found as f64 > MOST * (points.len() * shining.len()) as f64
@@ -286,7 +292,7 @@ mod tests {
         camera: Camera,
         combined: Vec<Vec4>,
         layers: Layers,
-        factors: Vec<Vec3>,
+        lights: Vec<LightState>,
     }
 
     impl Picture {
@@ -308,14 +314,14 @@ mod tests {
                 face_id: vec![1; pixels],
                 ..Layers::default()
             };
-            Self { scene, camera, combined: vec![Vec4::ZERO; pixels], layers, factors: Vec::new() }
+            Self { scene, camera, combined: vec![Vec4::ZERO; pixels], layers, lights: Vec::new() }
         }
 
         fn why(&self) -> String {
             let view = self.scene.view(&self.camera, SIZE);
             let (scene, view, display) = (&self.scene, &view, Display::default());
             let shown =
-                Shown { scene, view, display, factors: &self.factors, combined: &self.combined, layers: &self.layers };
+                Shown { scene, view, display, lights: &self.lights, combined: &self.combined, layers: &self.layers };
             shown.why_black().unwrap_or_default()
         }
     }
@@ -342,16 +348,19 @@ mod tests {
         let mut picture = Picture::new(LightKind::Point { position: Vec3::Z, intensity: Vec3::ZERO });
         contains(&picture, "none of the scene's lights (1) shines");
         picture = Picture::new(point(Vec3::Z));
-        picture.factors = vec![Vec3::ZERO];
+        picture.lights = vec![LightState::times(Vec3::ZERO)];
         assert_eq!(picture.why(), "", "it was switched off");
-        picture.factors.clear();
+        picture.lights.clear();
         picture.layers.kd.fill([0.0; 3]);
         contains(&picture, "is black (material wall)");
     }
 
     #[test]
     fn where_lights_are_and_point_is_told_apart() {
-        contains(&Picture::new(point(-Vec3::Z)), "faces away from the lights");
+        let mut behind = Picture::new(point(-Vec3::Z));
+        contains(&behind, "faces away from the lights");
+        behind.lights = vec![LightState { position: Some(Vec3::Z), ..LightState::default() }];
+        contains(&behind, "something stands between");
         let travels = |direction: Vec3| LightKind::Directional { direction, irradiance: Vec3::ONE };
         contains(&Picture::new(travels(Vec3::Z)), "faces away from the lights");
         contains(&Picture::new(travels(-Vec3::Z)), "something stands between");

@@ -213,7 +213,7 @@ impl<'a> Making<'a> {
 /// What is to be said of a black picture; `None` if it is none.
 fn black(still: &Still, scene: &Scene, picture: &Picture) -> Option<String> {
     let Still { view, display, combined, layers, .. } = still;
-    let shown = Shown { scene, view, display: *display, factors: &picture.factors, combined, layers };
+    let shown = Shown { scene, view, display: *display, lights: &picture.lights, combined, layers };
     shown.why_black().map(|why| format!("the picture is black: {why}"))
 }
 

@@ -61,6 +61,11 @@ impl Penumbrae {
         tally.rounds += 1.0;
     }
 
+    /// Forgets what rounds of a light have told.
+    pub fn forget(&mut self, light: u32) {
+        self.lights[light as usize] = Default::default();
+    }
+
     /// Variance of the mean of a number of points of a light against that of independent ones.
     #[must_use]
     pub fn gain(&self, light: u32, points: u32) -> f32 {

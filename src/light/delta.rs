@@ -36,18 +36,10 @@ pub(super) fn arrival(kind: &LightKind, x: Vec3) -> Option<Arrival> {
 /// Luminance of the unoccluded irradiance at `x` on a surface of unit `normal`, W·m⁻².
 pub(super) fn strength(kind: &LightKind, x: Vec3, normal: Vec3) -> f32 {
     // Half of many lights are behind the surface, which is found without a root.
-    if position(kind).is_some_and(|position| (position - x).dot(normal) <= 0.0) {
+    if kind.position().is_some_and(|position| (position - x).dot(normal) <= 0.0) {
         return 0.0;
     }
     arrival(kind, x).map_or(0.0, |a| luminance(a.facing) * a.direction.dot(normal).max(0.0))
-}
-
-/// Where the light is, scene units; `None` for one at infinity.
-pub(super) const fn position(kind: &LightKind) -> Option<Vec3> {
-    match *kind {
-        LightKind::Point { position, .. } | LightKind::Spot { position, .. } => Some(position),
-        LightKind::Directional { .. } | LightKind::Area { .. } => None,
-    }
 }
 
 /// Bounds of what it sends; `None` for light from infinity.

@@ -49,15 +49,22 @@ const OFF: f32 = 1e-6;
 
 impl SharedGroup {
     pub(super) fn new(sources: &[Source], members: Vec<u32>) -> Self {
-        let spheres = || members.iter().filter_map(|&m| sources[m as usize].sphere());
+        let factors = vec![Vec3::ONE; members.len()];
+        let (centre, radius, bounds) = (Vec3::ZERO, 0.0, LightBounds::default());
+        let mut group = Self { members, factors, common: Vec3::ONE, centre, radius, bounds };
+        group.enclose(sources);
+        group
+    }
+
+    /// Takes over where its sources are.
+    pub(super) fn enclose(&mut self, sources: &[Source]) {
+        let spheres = || self.members.iter().filter_map(|&m| sources[m as usize].sphere());
         let lo = spheres().map(|(c, r)| c - r).fold(Vec3::INFINITY, Vec3::min);
         let hi = spheres().map(|(c, r)| c + r).fold(Vec3::NEG_INFINITY, Vec3::max);
         let centre = (lo + hi) * 0.5;
         let radius = spheres().map(|(c, r)| c.distance(centre) + r).fold(0.0, f32::max);
-        let factors = vec![Vec3::ONE; members.len()];
-        let mut group = Self { members, factors, common: Vec3::ONE, centre, radius, bounds: LightBounds::default() };
-        group.update_bounds(sources);
-        group
+        (self.centre, self.radius) = (centre, radius);
+        self.update_bounds(sources);
     }
 
     fn update_bounds(&mut self, sources: &[Source]) {

@@ -8,6 +8,8 @@ use glam::Vec3;
 pub struct Lighting {
     /// What each source counts times, by channel, against what the scene says: 1 as loaded, 0 switched off.
     pub factors: Vec<Vec3>,
+    /// Where each is, scene units, if it can be moved.
+    pub positions: Vec<Option<Vec3>>,
     /// What they emit together, roughly, W.
     pub power: Vec3,
 }
@@ -22,9 +24,14 @@ impl Lighting {
     }
 
     /// What each channel of all light is multiplied by to get from `self` to `to`; `None` if sources change
-    /// differently, or if a channel was or is dark.
+    /// differently, if one that is on has moved, or if a channel was or is dark.
     #[must_use]
     pub fn common_ratio(&self, to: &Self) -> Option<Vec3> {
+        let is_on = |source: usize| (self.factors[source], to.factors[source]) != (Vec3::ZERO, Vec3::ZERO);
+        let mut moved = self.positions.iter().zip(&to.positions).map(|(from, to)| from != to).enumerate();
+        if moved.any(|(source, moved)| moved && is_on(source)) {
+            return None;
+        }
         let pairs = || self.factors.iter().zip(&to.factors).filter(|&(&a, &b)| (a, b) != (Vec3::ZERO, Vec3::ZERO));
         let ratio = pairs().next().map(|(&a, &b)| b / a)?;
         let common = pairs().all(|(&a, &b)| (b - a * ratio).abs().cmple(b * 1e-6).all());

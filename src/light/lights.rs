@@ -6,7 +6,7 @@ use super::group_bounds::GroupBounds;
 use super::lighting::Lighting;
 use super::source::Source;
 use crate::math::luminance;
-use crate::scene::light::LightKind;
+use crate::scene::light::{LightKind, LightState};
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
 use rustc_hash::FxHashMap;
@@ -20,6 +20,8 @@ pub struct Lights {
     of_triangle: FxHashMap<TriangleId, u32>,
     /// What the light of each source counts times, by channel: see [`Self::factor`].
     factors: Vec<Vec3>,
+    /// Where the scene has each source, if it can be moved.
+    loaded: Vec<Option<Vec3>>,
     /// What each source emits in all directions as the scene has it, W.
     powers: Vec<Vec3>,
     /// What shares a visible fraction, ordered by the first source.
@@ -65,6 +67,7 @@ impl Lights {
         let mut lights = Self {
             of_triangle: members.flatten().collect(),
             factors: vec![Vec3::ONE; sources.len()],
+            loaded: sources.iter().map(Source::position).collect(),
             sources,
             powers,
             groups,
@@ -122,26 +125,50 @@ impl Lights {
         self.group_factor(group) != Vec3::ZERO
     }
 
-    /// What the light of a source counts times now, by channel: 1 as loaded, 0 switched off. Sources and all that is sampled
-    /// from them stay as loaded, so that a change costs no ray and a change back leaves no trace.
+    /// What the light of a source counts times now, by channel: 1 as loaded, 0 switched off. What sources emit and all that is
+    /// sampled from them stay as loaded, so that a change costs no ray and a change back leaves no trace.
     #[must_use]
     pub fn factor(&self, source: usize) -> Vec3 {
         self.factors[source]
     }
 
-    /// Whether sources count times `factors`, as in [`Self::set_factors`].
+    /// Whether sources are in these states, as in [`Self::set`].
     #[must_use]
-    pub fn have_factors(&self, factors: &[Vec3]) -> bool {
-        let given = factors.iter().copied().chain(std::iter::repeat(Vec3::ONE));
-        self.factors.iter().zip(given).all(|(factor, given)| *factor == given)
+    pub fn are(&self, states: &[LightState]) -> bool {
+        let factors_are = self.factors.iter().zip(all(states)).all(|(factor, state)| *factor == state.factor);
+        factors_are && self.moved_by(states).next().is_none()
     }
 
-    /// Changes what sources count times, in the order of [`Self::sources`]; those that `factors` lacks count once. Returns the
-    /// groups whose sources changed against each other: sums over their points mix them as they were.
-    pub fn set_factors(&mut self, factors: &[Vec3]) -> Vec<usize> {
-        let given = factors.iter().copied().chain(std::iter::repeat(Vec3::ONE));
-        self.factors.iter_mut().zip(given).for_each(|(factor, given)| *factor = given);
+    /// Groups with sources that [`Self::set`] would move, ascending.
+    #[must_use]
+    pub fn groups_moved_by(&self, states: &[LightState]) -> Vec<usize> {
+        let mut groups: Vec<usize> = self.moved_by(states).map(|(source, _)| self.group_of(source).0).collect();
+        groups.sort_unstable();
+        groups.dedup();
+        groups
+    }
+
+    /// Sources that states have elsewhere than they are, and where.
+    fn moved_by(&self, states: &[LightState]) -> impl Iterator<Item = (usize, Vec3)> {
+        let places = self.sources.iter().zip(&self.loaded).zip(all(states)).enumerate();
+        places.filter_map(|(source, ((at, loaded), state))| {
+            let to = state.position.or(*loaded)?;
+            (at.position()? != to).then_some((source, to))
+        })
+    }
+
+    /// Changes what sources count times, and where they are, in the order of [`Self::sources`]; those that `states` lacks are as
+    /// loaded. Returns the groups whose sources changed against each other: sums over their points mix them as they were.
+    pub fn set(&mut self, states: &[LightState]) -> Vec<usize> {
+        let moved: Vec<(usize, Vec3)> = self.moved_by(states).collect();
+        moved.iter().for_each(|&(source, to)| self.sources[source].move_to(to));
+        self.factors.iter_mut().zip(all(states)).for_each(|(factor, state)| *factor = state.factor);
         let (sources, factors) = (&self.sources, &self.factors);
+        for &(source, _) in &moved {
+            if let StoredGroup::Shared(group) = &mut self.groups[self.of_source[source].0 as usize] {
+                group.enclose(sources);
+            }
+        }
         let mixed = |(index, at): (usize, &mut StoredGroup)| match at {
             StoredGroup::Shared(group) => group.relight(sources, factors).then_some(index),
             StoredGroup::Single(_) => None,
@@ -163,7 +190,8 @@ impl Lights {
     #[must_use]
     pub fn lighting(&self) -> Lighting {
         let power = self.powers.iter().zip(&self.factors).map(|(&power, &factor)| power * factor).sum();
-        Lighting { factors: self.factors.clone(), power }
+        let positions = self.sources.iter().map(Source::position).collect();
+        Lighting { factors: self.factors.clone(), positions, power }
     }
 
     /// The area light that a triangle is part of, as an index into [`Self::sources`].
@@ -180,6 +208,11 @@ impl StoredGroup {
             Self::Shared(group) => group.members(),
         }
     }
+}
+
+/// States of all sources: those that are not given are as loaded.
+fn all(states: &[LightState]) -> impl Iterator<Item = LightState> {
+    states.iter().copied().chain(std::iter::repeat(LightState::default()))
 }
 
 /// Which sources share a group.

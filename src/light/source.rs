@@ -47,6 +47,22 @@ impl Source {
         }
     }
 
+    /// Where it is, scene units, if that can be changed.
+    #[must_use]
+    pub const fn position(&self) -> Option<Vec3> {
+        match self {
+            Self::Delta(kind) => kind.position(),
+            Self::Area(_) => None,
+        }
+    }
+
+    /// Puts a source that has a position elsewhere, scene units.
+    pub(super) const fn move_to(&mut self, position: Vec3) {
+        if let Self::Delta(kind) = self {
+            kind.move_to(position);
+        }
+    }
+
     /// Whether light has a single direction at each place: one ray tells all about its visibility, and no ray hits the
     /// source by chance.
     #[must_use]
@@ -67,7 +83,7 @@ impl Source {
     #[must_use]
     pub fn sphere(&self) -> Option<(Vec3, f32)> {
         match self {
-            Self::Delta(kind) => delta::position(kind).map(|position| (position, 0.0)),
+            Self::Delta(kind) => kind.position().map(|position| (position, 0.0)),
             Self::Area(area) => Some(area.sphere()),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::shared::GpuMaterial;
 use super::texture_maps::TextureMaps;
-use crate::scene::light::LightKind;
+use crate::scene::light::{LightKind, LightState};
 use crate::scene::material::Material;
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
@@ -32,11 +32,11 @@ impl LitMaterials {
         (Self { list, lights, scene_materials: scene.materials.len() }, of_triangle)
     }
 
-    /// The list as it is when the scene's lights count times `factors`; those that it lacks count once.
-    pub(super) fn lit(&self, factors: &[Vec3]) -> Vec<GpuMaterial> {
+    /// The list as it is when the scene's lights are in these states; those that are not given are as loaded.
+    pub(super) fn lit(&self, states: &[LightState]) -> Vec<GpuMaterial> {
         let mut list = self.list.clone();
         for (material, &light) in list[self.scene_materials..].iter_mut().zip(&self.lights) {
-            let factor = factors.get(light).copied().unwrap_or(Vec3::ONE);
+            let LightState { factor, .. } = states.get(light).copied().unwrap_or_default();
             material.ke = (Vec3::from(material.ke) * factor).to_array();
         }
         list

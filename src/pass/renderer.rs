@@ -21,6 +21,7 @@ use super::visibility::{Visibility, count_pixels};
 use crate::error::Result;
 use crate::refine::update::{DrawnPixels, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
+use crate::scene::light::LightState;
 use crate::scene::{FaceId, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
 use crate::vk::timestamp::PassTimes;
@@ -190,13 +191,12 @@ impl Renderer {
         self.bind_texel_buffers()
     }
 
-    /// Changes what the area lights show to `factors` times what the scene says, in the order of its lights. Look the colours
-    /// up again next.
+    /// Changes what the area lights show by their states, in the order of the scene's lights. Look the colours up again next.
     ///
     /// # Errors
     /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
-    pub fn relight(&mut self, factors: &[Vec3]) -> Result<()> {
-        self.scene.relight(&self.device, &mut self.commands, factors)
+    pub fn relight(&mut self, lights: &[LightState]) -> Result<()> {
+        self.scene.relight(&self.device, &mut self.commands, lights)
     }
 
     /// Makes the images of a size. What they showed is gone: draw visibility, colour and all luminance next.

@@ -8,6 +8,7 @@ use super::shared::{GpuMaterial, GpuTriangle, GpuVisibilityTriangle, NONE};
 use super::survivors::Survivors;
 use super::texture_maps::TextureMaps;
 use crate::error::Result;
+use crate::scene::light::LightState;
 use crate::scene::texture::{SRGB, Texture};
 use crate::scene::{EmissionSide, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
@@ -108,9 +109,9 @@ impl SceneBuffers {
         buffers.with_texels(device, commands, &scene.textures)
     }
 
-    /// Changes what the area lights emit to `factors` times what the scene says, in the order of its lights.
-    pub(super) fn relight(&mut self, device: &Device, commands: &mut Commands, factors: &[Vec3]) -> Result<()> {
-        let materials = self.lit.lit(factors);
+    /// Changes what the area lights emit by their states, in the order of the scene's lights.
+    pub(super) fn relight(&mut self, device: &Device, commands: &mut Commands, lights: &[LightState]) -> Result<()> {
+        let materials = self.lit.lit(lights);
         self.emission_scale = emission_scale(&materials, &self.maps);
         commands.upload(device, &mut self.materials, 0, &materials)
     }

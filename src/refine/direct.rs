@@ -61,10 +61,12 @@ impl Engine {
         let Some(placed) = self.cache.place_pixel_vertex(id, self.view.eye, ray) else { return };
         self.view.leaves[id].sampled = true;
         let vertex = self.cache.slots[placed.slot].vertex;
-        if placed.kept {
+        if placed.kept && !self.cache.vertices[vertex].outdated {
             grown.kept.extend(self.cache.slots_of(vertex));
         } else {
-            self.forget_vertex(vertex);
+            if !placed.kept {
+                self.forget_vertex(vertex);
+            }
             grown.jobs.push(Job { vertex, wanted: Wanted::Pixel });
         }
         self.publisher.note_redraw(&self.cache, id);
@@ -91,8 +93,9 @@ impl Engine {
         let split = self.cache.split(id);
         for slot in split.middles {
             let vertex = self.cache.slots[slot].vertex;
-            let progress = &mut self.cache.vertices[vertex].progress;
-            if !std::mem::replace(&mut progress.visited, true) {
+            let record = &mut self.cache.vertices[vertex];
+            if record.is_due() {
+                record.progress.visited = true;
                 grown.jobs.push(Job { vertex, wanted: Wanted::Midpoint { node: id, small } });
             }
         }
@@ -120,7 +123,9 @@ impl Engine {
         }
         self.stats.vertices += (traced(&self.cache) - before) as u64;
         for job in jobs {
-            self.cache.vertices[job.vertex].progress.visited = true;
+            let vertex = &mut self.cache.vertices[job.vertex];
+            vertex.progress.visited = true;
+            vertex.outdated &= !job.wanted.is_of_all_lights();
             self.scheduler.void_direct(job.vertex);
         }
     }

@@ -42,7 +42,9 @@ impl Engine {
 
     /// The same after first visits; when the last is done, everything that waited for it is queued.
     fn judge_first_visits(&mut self, slots: &[SlotId]) {
-        let nodes = self.nodes_around(slots);
+        let mut nodes = self.nodes_around(slots);
+        self.measure_around(&mut nodes);
+        ascending(&mut nodes);
         self.look_for_highlights(&nodes);
         self.account(&nodes);
         self.queue_waiting();

@@ -1,30 +1,42 @@
-//! Changes of the lights: direct light is shaded anew from the visibility that is kept, indirect light is scaled,
-//! brought back or solved again (docs/method/updates.md). No ray is traced here.
+//! Changes of the lights: direct light is shaded anew from the visibility that is kept, that of lights that have moved is
+//! guessed and queued to be traced; indirect light is scaled, brought back or solved again (docs/method/updates.md). No ray is
+//! traced here.
 
 use super::engine::{Engine, Visible};
 use super::update::Update;
 
 use crate::cache::ids::{NodeId, SlotId};
+use crate::cache::moved_light;
 use crate::cache::reweight::reweight;
 use crate::light::context::SceneContext;
+use crate::scene::light::LightState;
 use crate::trace;
-use glam::Vec3;
 use std::sync::Arc;
 
+/// Light groups of which something that is kept has become wrong.
+#[derive(Default)]
+struct Changed {
+    /// Those with sources that changed against each other.
+    mixed: Vec<usize>,
+    /// Those with sources that moved.
+    moved: Vec<usize>,
+}
+
 impl Engine {
-    /// Changes what the lights emit to `factors` times what the scene says, in the order of its lights, and takes a
-    /// view, of a new generation: the returned update shows everything visible in the new light.
+    /// Changes the lights to these states, in the order of the scene's, and takes a view, of a new generation: the returned
+    /// update shows everything visible in the new light.
     ///
     /// Direct light is exact at once as far as it was known, but for lights that share a group and change against
     /// each other: where much has been traced in their penumbra, the fraction that was visible stands in until it is
-    /// traced again. Indirect light is, too, if all lights change by the same factor or go back to what they were
+    /// traced again; and for lights that move, which are taken to be as visible from their new place as they were, until each
+    /// vertex in view is visited, before all else is done. Indirect light is, too, if all lights change by the same factor or go back to what they were
     /// before the last change; otherwise it is a guess until it is gathered again, which vertices do in order of what
     /// that is worth to the image.
-    pub fn relight(&mut self, factors: &[Vec3], visible: &Visible) -> Update {
+    pub fn relight(&mut self, states: &[LightState], visible: &Visible) -> Update {
         let _view = trace::span("take view");
         let spent = self.current_stats().cpu_seconds;
         let before = self.lights.lighting();
-        let mixed = self.set_factors(factors);
+        let Changed { mixed, moved } = self.set_lights(states);
         let now = self.lights.lighting();
         if before != now {
             let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
@@ -41,6 +53,9 @@ impl Engine {
             self.measure_surpluses();
             self.checks.forget();
             self.view.forget_checks();
+            if !moved.is_empty() {
+                self.queue_outdated();
+            }
             self.start_over();
         }
         let mut update = self.set_visible(visible);
@@ -49,14 +64,26 @@ impl Engine {
         update
     }
 
-    /// Sets what sources count times, if that changes; returns the light groups whose sources changed against each other.
-    fn set_factors(&mut self, factors: &[Vec3]) -> Vec<usize> {
-        if self.lights.have_factors(factors) {
-            return Vec::new();
+    /// Sets the lights, if that changes them; returns the light groups of which something kept has become wrong.
+    fn set_lights(&mut self, states: &[LightState]) -> Changed {
+        if self.lights.are(states) {
+            return Changed::default();
         }
         // What is on its way was gathered in the light before.
         self.finish_gathering();
-        Arc::make_mut(&mut self.lights).set_factors(factors)
+        let moved = self.lights.groups_moved_by(states);
+        moved.iter().for_each(|&group| moved_light::forget(&self.lights, &mut self.cache, group));
+        let mut mixed = Arc::make_mut(&mut self.lights).set(states);
+        mixed.retain(|group| moved.binary_search(group).is_err());
+        Changed { mixed, moved }
+    }
+
+    /// Queues the vertices of faces in view that lights have moved for, to be visited before all else.
+    fn queue_outdated(&mut self) {
+        let mut leaves = Vec::new();
+        self.view.faces.roots().for_each(|root| self.cache.topology.leaves(root, &mut leaves));
+        let slots = self.drawn_slots(&leaves);
+        self.queue_first_visits(&slots);
     }
 
     /// Queues everything in view anew.

@@ -6,8 +6,8 @@ use super::nice::lower_priority;
 use super::probe::PixelQuestion;
 use super::update::{Question, Shown, Update};
 use super::workers::Workers;
+use crate::scene::light::LightState;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
-use glam::Vec3;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -17,8 +17,8 @@ use std::time::Duration;
 /// What the frame loop asks of the engine.
 #[derive(Clone, Debug)]
 enum Command {
-    /// A new view, in which the lights emit these factors times what the scene says.
-    View(Vec<Vec3>, Visible),
+    /// A new view, in which the lights are in these states.
+    View(Vec<LightState>, Visible),
     /// One batch of at least this many rays.
     Step(u64),
     /// Everything that waits to be shown.
@@ -107,10 +107,9 @@ impl EngineThread {
         Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread), made })
     }
 
-    /// Sends a new view in which the lights emit `factors` times what the scene says ([`Engine::relight`]). At pace [`Pace::Free`] one
-    /// that the engine has not begun when the next comes is not answered. A stopped engine is noticed by [`Self::drain`].
-    pub fn relight(&self, factors: Vec<Vec3>, visible: Visible) {
-        self.send(Command::View(factors, visible));
+    /// Sends a new view in which the lights are in these states ([`Engine::relight`]). At pace [`Pace::Free`] one that the engine has not begun when the next comes is not answered. A stopped engine is noticed by [`Self::drain`].
+    pub fn relight(&self, lights: Vec<LightState>, visible: Visible) {
+        self.send(Command::View(lights, visible));
     }
 
     /// Asks for one batch of at least `rays` rays (pace [`Pace::Stepped`]); exactly one update answers.
@@ -251,9 +250,9 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
         let command = if std::mem::take(&mut works_first) && !idle { Ok(None) } else { queue.next(idle) };
         let Ok(command) = command else { return };
         let update = match command {
-            Some(Command::View(factors, visible)) => {
+            Some(Command::View(lights, visible)) => {
                 works_first = true;
-                engine.relight(&factors, &visible)
+                engine.relight(&lights, &visible)
             }
             Some(Command::Counted(counted)) => {
                 engine.counted(&counted);
@@ -284,6 +283,7 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     fn view(generation: u32) -> Command {
         Command::View(Vec::new(), Visible { generation, eye: Vec3::ZERO, image: None, faces: Vec::new() })

@@ -59,9 +59,9 @@ impl Engine {
         self.queue_waiting();
     }
 
-    /// Whether a face was never drawn, or has leaves at whose corners nothing was ever visited.
+    /// Whether a face was never drawn, or has leaves at whose corners nothing was ever visited, or not since a light moved.
     fn is_new(&self, root: NodeId) -> bool {
-        let is_visited = |vertex: &VertexId| self.cache.vertices[*vertex].progress.visited;
+        let is_visited = |vertex: &VertexId| !self.cache.vertices[*vertex].is_due();
         let is_drawn = !self.cache.topology.is_leaf(root) || self.cache.drawn.is_drawn(root);
         let mut leaves = Vec::new();
         self.cache.topology.leaves(root, &mut leaves);
@@ -144,7 +144,7 @@ impl Engine {
     }
 
     /// Slots that leaves are drawn with.
-    fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
+    pub(super) fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
         let drawn = leaves.iter().flat_map(|&leaf| self.cache.drawn.of_node(leaf));
         let slots = drawn.flat_map(|drawn| self.cache.drawn.triangles[drawn].all_slots());
         let corners = leaves.iter().flat_map(|&leaf| self.cache.topology.nodes[leaf].corners);
@@ -181,8 +181,8 @@ impl Engine {
         self.refresh_unseen(&slots);
     }
 
-    /// Queues the vertices of slots that were never visited, largest on screen first, with those in view that waited
-    /// for that before.
+    /// Queues the vertices of slots that were never visited, or not since a light moved, largest on screen first, with those
+    /// in view that waited for that before.
     pub(super) fn queue_first_visits(&mut self, slots: &[SlotId]) {
         let waiting =
             self.scheduler.take_first_visits(usize::MAX).into_iter().filter(|&vertex| self.is_in_view(vertex));
@@ -190,7 +190,7 @@ impl Engine {
         vertices.extend(waiting);
         vertices.sort_unstable();
         vertices.dedup();
-        vertices.retain(|&vertex| !self.cache.vertices[vertex].progress.visited);
+        vertices.retain(|&vertex| self.cache.vertices[vertex].is_due());
         let pixels = self.workers.map(&vertices, |vertex| self.pixels_around(vertex));
         // Among equals in no order of place: what the first find of the lights is to speak for the rest.
         let key = |vertex: VertexId| self.cache.vertices[vertex].key;

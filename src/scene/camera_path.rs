@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::input;
-use super::light::Light;
+use super::light::{Light, LightState};
 use super::report::Report;
 use super::toml_walk::{At, Document, Table, nearest};
 use crate::error::{Error, Result};
@@ -46,6 +46,8 @@ pub struct LightEdit {
     pub colour: Option<Vec3>,
     /// Whether it is on.
     pub on: Option<bool>,
+    /// New place of a point or spot light, scene units, until the next: it jumps there.
+    pub position: Option<Vec3>,
 }
 
 /// Reads a camera path for a scene with this [`origin`](super::Scene::origin).
@@ -114,11 +116,12 @@ fn read_edit(t: &mut Table) -> Option<LightEdit> {
     let power = t.number_in("power", "a factor from 0", |power| power >= 0.0).map(|at| at.value);
     let colour = t.colour("colour").map(|at| at.value);
     let on = t.choice("switch", &[("on", true), ("off", false)]).map(|at| at.value);
-    if power.is_none() && colour.is_none() && on.is_none() {
-        t.error(t.line, "the edit changes nothing: give power, colour or switch");
+    let position = t.position("position").map(|at| at.value);
+    if power.is_none() && colour.is_none() && on.is_none() && position.is_none() {
+        t.error(t.line, "the edit changes nothing: give power, colour, switch or position");
     }
     let light = light?;
-    Some(LightEdit { time: time?, line: light.line, light: light.value, power, colour, on })
+    Some(LightEdit { time: time?, line: light.line, light: light.value, power, colour, on, position })
 }
 
 /// The first names of a list.
@@ -131,6 +134,22 @@ fn some_of<'a>(names: impl Iterator<Item = &'a str>) -> String {
     names.join(", ")
 }
 
+impl LightEdit {
+    /// Why it cannot be done to these lights.
+    fn fault(&self, lights: &[Light]) -> Option<String> {
+        let Self { light: name, .. } = self;
+        let Some(light) = lights.iter().find(|light| light.name == *name) else {
+            let names = || lights.iter().map(|light| light.name.as_str());
+            let hint = match nearest(name, names()) {
+                Some(near) => format!("did you mean {near:?}?"),
+                None => format!("it has {}", some_of(names())),
+            };
+            return Some(format!("the scene has no light {name:?}: {hint}"));
+        };
+        self.position.and_then(|_| light.kind.why_fixed()).map(|why| format!("{name:?} {why}"))
+    }
+}
+
 impl CameraPath {
     /// Time of the last key or edit, seconds.
     #[must_use]
@@ -139,36 +158,32 @@ impl CameraPath {
         self.keys.last().map_or(0.0, |key| key.time).max(last_edit)
     }
 
-    /// Checks that the edits are of lights that there are; `file` is where the path was read from.
+    /// Checks that the edits are of lights that there are, and move none that cannot be; `file` is where the path was read from.
     ///
     /// # Errors
     /// [`Error::Input`] with every edit that is not.
     pub fn check_lights(&self, file: &Path, lights: &[Light]) -> Result<()> {
         let mut report = Report::default();
-        let names = || lights.iter().map(|light| light.name.as_str());
-        for edit in self.edits.iter().filter(|edit| names().all(|name| name != edit.light)) {
-            let hint = match nearest(&edit.light, names()) {
-                Some(near) => format!("did you mean {near:?}?"),
-                None => format!("it has {}", some_of(names())),
-            };
-            report.error(file, Some(edit.line), format!("the scene has no light {:?}: {hint}", edit.light));
+        for edit in &self.edits {
+            edit.fault(lights).into_iter().for_each(|fault| report.error(file, Some(edit.line), fault));
         }
         if report.has_errors() { Err(Error::Input(report)) } else { Ok(()) }
     }
 
-    /// What each light counts times at `time`, seconds, by channel: what the edits up to then make of it.
+    /// What the edits up to `time`, seconds, make of each light.
     #[must_use]
-    pub fn factors_at(&self, time: f32, lights: &[Light]) -> Vec<Vec3> {
-        let factor = |light: &Light| {
-            let (mut power, mut colour, mut on) = (1.0, Vec3::ONE, true);
+    pub fn lights_at(&self, time: f32, lights: &[Light]) -> Vec<LightState> {
+        let state = |light: &Light| {
+            let (mut power, mut colour, mut on, mut position) = (1.0, Vec3::ONE, true, None);
             for edit in self.edits.iter().filter(|edit| edit.time <= time && edit.light == light.name) {
                 power = edit.power.unwrap_or(power);
                 colour = edit.colour.unwrap_or(colour);
                 on = edit.on.unwrap_or(on);
+                position = edit.position.or(position);
             }
-            if on { colour * power } else { Vec3::ZERO }
+            LightState { factor: if on { colour * power } else { Vec3::ZERO }, position }
         };
-        lights.iter().map(factor).collect()
+        lights.iter().map(state).collect()
     }
 
     /// The camera at `time`, seconds: `base` moved along a Catmull-Rom spline through the keys, which rests before the
@@ -233,6 +248,7 @@ impl CameraPath {
 
 #[cfg(test)]
 mod tests {
+    use super::super::light::LightKind;
     use super::*;
 
     const BASE: Camera = Camera { position: Vec3::ZERO, look_at: Vec3::X, up: Vec3::Y, vertical_fov: 30.0 };
@@ -303,18 +319,27 @@ mod tests {
             [[edit]]\ntime = 3\nlight = \"a\"\nswitch = \"on\"\n\
             [[edit]]\ntime = 1\nlight = \"a\"\npower = 0.5\ncolour = [1, 0.5, 0]\n\
             [[edit]]\ntime = 2\nlight = \"a\"\nswitch = \"off\"\n\
-            [[edit]]\ntime = 3\nlight = \"lamb\"\npower = 2\n";
-        let (path, report) = read(Path::new("p.toml"), text, DVec3::ZERO);
+            [[edit]]\ntime = 3\nlight = \"lamb\"\npower = 2\n\
+            [[edit]]\ntime = 2.75\nlight = \"lamp\"\nposition = [11, 2, 3]\n\
+            [[edit]]\ntime = 2.5\nlight = \"a\"\nposition = [0, 0, 0]\n";
+        let (path, report) = read(Path::new("p.toml"), text, DVec3::X * 10.0);
         assert!(!report.has_errors() && path.duration() == 3.0);
-        let kind = super::super::light::LightKind::Directional { direction: Vec3::X, irradiance: Vec3::ONE };
-        let lights = ["a", "lamp"].map(|name| Light { name: name.into(), kind: kind.clone() });
+        let far = LightKind::Directional { direction: Vec3::X, irradiance: Vec3::ONE };
+        let near = LightKind::Point { position: Vec3::ZERO, intensity: Vec3::ONE };
+        let lights = [("a", far), ("lamp", near)].map(|(name, kind)| Light { name: name.into(), kind });
         let half = Vec3::new(0.5, 0.25, 0.0);
         for (time, factor) in [(0.5, Vec3::ONE), (1.0, half), (2.5, Vec3::ZERO), (9.0, half)] {
-            assert_eq!(path.factors_at(time, &lights), [factor, Vec3::ONE], "{time}");
+            let [a, lamp] = path.lights_at(time, &lights)[..] else { panic!("two lights") };
+            assert_eq!((a.factor, lamp.factor), (factor, Vec3::ONE), "{time}");
+            assert_eq!(lamp.position, (time > 2.75).then_some(Vec3::new(1.0, 2.0, 3.0)), "{time}");
         }
         let Err(Error::Input(report)) = path.check_lights(Path::new("p.toml"), &lights) else { panic!("accepted") };
         let lines = report.lines(super::super::report::Severity::Error);
-        assert_eq!(lines, ["p.toml:20: error: the scene has no light \"lamb\": did you mean \"lamp\"?"]);
+        let expected = [
+            "p.toml:28: error: \"a\" is infinitely far: it has no place to move",
+            "p.toml:20: error: the scene has no light \"lamb\": did you mean \"lamp\"?",
+        ];
+        assert_eq!(lines, expected);
     }
 
     #[test]

@@ -49,7 +49,57 @@ pub enum LightKind {
     },
 }
 
+/// A light as it is made to be, against what the scene says of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightState {
+    /// What it emits counts times, by channel: 1 as loaded, 0 switched off.
+    pub factor: Vec3,
+    /// Where it is, scene units; `None` where the scene says. Only lights that [have a position](LightKind::position) go by it.
+    pub position: Option<Vec3>,
+}
+
+impl Default for LightState {
+    /// As the scene says.
+    fn default() -> Self {
+        Self::times(Vec3::ONE)
+    }
+}
+
+impl LightState {
+    /// A light that stays where it is and counts times `factor`, by channel.
+    #[must_use]
+    pub const fn times(factor: Vec3) -> Self {
+        Self { factor, position: None }
+    }
+}
+
 impl LightKind {
+    /// Where the light is, scene units; `None` for one at infinity, and for geometry.
+    #[must_use]
+    pub const fn position(&self) -> Option<Vec3> {
+        match *self {
+            Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
+            Self::Directional { .. } | Self::Area { .. } => None,
+        }
+    }
+
+    /// Why the light cannot be moved, if it cannot, to go on after its name.
+    #[must_use]
+    pub const fn why_fixed(&self) -> Option<&'static str> {
+        match self {
+            Self::Point { .. } | Self::Spot { .. } => None,
+            Self::Directional { .. } => Some("is infinitely far: it has no place to move"),
+            Self::Area { .. } => Some("is geometry: it stays where it is"),
+        }
+    }
+
+    /// Puts a light that has a position elsewhere, scene units; others stay as they are.
+    pub const fn move_to(&mut self, to: Vec3) {
+        if let Self::Point { position, .. } | Self::Spot { position, .. } = self {
+            *position = to;
+        }
+    }
+
     /// Whether the light is a single direction at each point (point, spot, directional): one shadow ray is exact.
     #[must_use]
     pub const fn is_delta(&self) -> bool {

@@ -4,8 +4,8 @@ use super::{Options, Session};
 use crate::error::Result;
 use crate::pass::UpdateMode;
 use crate::scene::camera::{Camera, ImageSize, View};
+use crate::scene::light::LightState;
 use crate::scene::{Display, Scene};
-use glam::Vec3;
 
 impl Session {
     /// Makes the pictures of a size; light that was found stays. [Look](Self::look) again next.
@@ -76,9 +76,9 @@ impl Session {
     ///
     /// # Errors
     /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
-    pub fn look_through(&mut self, camera: &Camera, factors: &[Vec3]) -> Result<()> {
+    pub fn look_through(&mut self, camera: &Camera, lights: &[LightState]) -> Result<()> {
         let view = self.scene.view(camera, self.options.size);
-        let factors = factors.to_vec();
-        self.aim(super::Shot { view, camera: Some(*camera), factors, of_path: None, glossy: false })
+        let lights = lights.to_vec();
+        self.aim(super::Shot { view, camera: Some(*camera), lights, of_path: None, glossy: false })
     }
 }

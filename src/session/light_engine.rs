@@ -6,7 +6,7 @@ use crate::refine::explanation::Explanation;
 use crate::refine::probe::PixelQuestion;
 use crate::refine::thread::EngineThread;
 use crate::refine::update::{Question, Shown, Update};
-use glam::Vec3;
+use crate::scene::light::LightState;
 use std::collections::VecDeque;
 use std::time::Duration;
 
@@ -65,12 +65,12 @@ impl LightEngine {
         Self::Owned(Box::new(OwnedEngine { engine, updates: VecDeque::new() }))
     }
 
-    /// Sends a new view in which the lights emit `factors` times what the scene says, all as loaded if it is empty.
-    pub fn relight(&mut self, factors: Vec<Vec3>, visible: Visible) {
+    /// Sends a new view in which the lights are in these states, in the order of the scene's; those that are not given are as loaded.
+    pub fn relight(&mut self, lights: Vec<LightState>, visible: Visible) {
         match self {
-            Self::Thread(thread) => thread.relight(factors, visible),
+            Self::Thread(thread) => thread.relight(lights, visible),
             Self::Owned(owned) => {
-                let update = owned.engine.relight(&factors, &visible);
+                let update = owned.engine.relight(&lights, &visible);
                 owned.updates.push_back(update);
             }
         }

@@ -53,11 +53,11 @@ use crate::refine::pixel_lists::FaceImage;
 use crate::refine::replay::Levels;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::camera::{Camera, View};
+use crate::scene::light::LightState;
 use crate::scene::{Display, FaceId, Scene};
 use crate::trace::{self, within};
 use clock::Clock;
 use counting::Counting;
-use glam::Vec3;
 use pictures::Picture;
 use specular_age::SpecularAge;
 use std::sync::Arc;
@@ -121,8 +121,8 @@ struct Shot {
     view: View,
     /// The camera that it comes from.
     camera: Option<Camera>,
-    /// What the lights emit, against what the scene says.
-    factors: Vec<Vec3>,
+    /// The lights as they are made to be, in the scene's order; those that it lacks are as loaded.
+    lights: Vec<LightState>,
     /// Number of a picture of a camera path, and how many there are.
     of_path: Option<(u64, u64)>,
     /// Whether any of it is glossy.
@@ -168,17 +168,17 @@ impl Session {
     pub fn show(&mut self, picture: &Picture) -> Result<()> {
         let view = self.scene.view(&picture.camera, self.options.size);
         let of_path = picture.on_path.then_some((picture.index, picture.of));
-        let (camera, factors) = (Some(picture.camera), picture.factors.clone());
-        self.aim(Shot { view, camera, factors, of_path, glossy: false })
+        let (camera, lights) = (Some(picture.camera), picture.lights.clone());
+        self.aim(Shot { view, camera, lights, of_path, glossy: false })
     }
 
-    /// Points the camera; light that was found stays. The lights emit `factors` times what the scene says, in its order, all as
-    /// loaded if it is empty. The frames of [`Self::step`] show the view from then on.
+    /// Points the camera; light that was found stays. The lights are in these states, in the scene's order; those that are not given
+    /// are as loaded. The frames of [`Self::step`] show the view from then on.
     ///
     /// # Errors
     /// [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out.
-    pub fn look(&mut self, view: &View, factors: &[Vec3]) -> Result<()> {
-        self.aim(Shot { view: *view, camera: None, factors: factors.to_vec(), of_path: None, glossy: false })
+    pub fn look(&mut self, view: &View, lights: &[LightState]) -> Result<()> {
+        self.aim(Shot { view: *view, camera: None, lights: lights.to_vec(), of_path: None, glossy: false })
     }
 
     fn aim(&mut self, shot: Shot) -> Result<()> {
@@ -186,17 +186,17 @@ impl Session {
         let (faces, image) = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
         trace::instant("camera", || Some(format!("view {}", self.wanted + 1)));
         let glossy = faces.iter().any(|(face, _)| self.scene.material(face.triangle()).is_glossy());
-        self.send_view(faces, image, &shot.factors);
-        self.renderer.relight(&shot.factors)?;
+        self.send_view(faces, image, &shot.lights);
+        self.renderer.relight(&shot.lights)?;
         self.shot = Some(Shot { glossy, ..shot });
         Ok(())
     }
 
     /// Sends the engine a view of a new generation.
-    fn send_view(&mut self, faces: Vec<(FaceId, u32)>, image: FaceImage, factors: &[Vec3]) {
+    fn send_view(&mut self, faces: Vec<(FaceId, u32)>, image: FaceImage, lights: &[LightState]) {
         self.wanted += 1;
         let visible = Visible { generation: self.wanted, eye: image.view.eye, image: Some(image), faces };
-        self.engine.relight(factors.to_vec(), visible);
+        self.engine.relight(lights.to_vec(), visible);
     }
 
     /// One turn of the loop: takes the engine's updates, hands them to the renderer, draws a frame, tells the engine.

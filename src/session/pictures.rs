@@ -5,7 +5,7 @@ use crate::scene::Scene;
 use crate::scene::camera::Camera;
 use crate::scene::camera_path::{CameraPath, load_camera_path};
 use crate::scene::horizon::Horizon;
-use glam::Vec3;
+use crate::scene::light::LightState;
 use std::path::Path;
 
 /// Pictures a second of a path's time where their number is not given.
@@ -29,8 +29,8 @@ pub struct Picture {
     pub of: u64,
     /// Where it is taken from.
     pub camera: Camera,
-    /// What each of the scene's lights counts times; empty if all are as loaded.
-    pub factors: Vec<Vec3>,
+    /// The scene's lights as they are made to be; empty if all are as loaded.
+    pub lights: Vec<LightState>,
     /// Whether it is one of a camera path, even the only one: it then has a share of the budget.
     pub on_path: bool,
 }
@@ -77,12 +77,12 @@ impl Pictures {
     pub fn picture(&self, index: u64, scene: &Scene) -> Picture {
         let of = self.count;
         let Some((path, horizon)) = &self.path else {
-            return Picture { index, of, camera: self.camera, factors: Vec::new(), on_path: false };
+            return Picture { index, of, camera: self.camera, lights: Vec::new(), on_path: false };
         };
         let time = (f64::from(path.duration()) * index as f64 / (of - 1).max(1) as f64) as f32;
-        let factors = path.factors_at(time, &scene.lights);
+        let lights = path.lights_at(time, &scene.lights);
         let camera = horizon.hold(time, path.camera_at(time, &self.camera));
-        Picture { index, of, camera, factors, on_path: true }
+        Picture { index, of, camera, lights, on_path: true }
     }
 }
 

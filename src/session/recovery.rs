@@ -47,7 +47,7 @@ impl Session {
         renderer.resize(self.options.size)?;
         self.renderer = renderer;
         let Some(shot) = &self.shot else { return Ok(()) };
-        self.renderer.relight(&shot.factors)?;
+        self.renderer.relight(&shot.lights)?;
         visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
         let whole = self.engine.whole()?;
         self.apply(&[whole])?;

@@ -14,7 +14,7 @@ use penombre::refine::options::Options;
 use penombre::refine::pixel_lists::FaceImage;
 use penombre::refine::update::{DrawnId, DrawnTriangle, Slot};
 use penombre::scene::camera::{Camera, ImageSize, View};
-use penombre::scene::light::LightKind;
+use penombre::scene::light::{LightKind, LightState};
 use penombre::scene::{FaceId, Scene, TriangleId};
 
 const SIZE: ImageSize = ImageSize { width: 64, height: 64 };
@@ -120,7 +120,7 @@ fn what_lies_on_the_floor_does_not_light_the_pixels_beside_it() {
     let visible = faces.iter().map(|&f| (f, 1500)).collect();
     let mut visible = Visible { generation: 1, eye: view.eye, image: Some(image(&pixels, &view)), faces: visible };
     for factors in [[Vec3::ONE, Vec3::ONE], [Vec3::ZERO, Vec3::ONE]] {
-        mirror.apply(engine.relight(&factors, &visible));
+        mirror.apply(engine.relight(&factors.map(LightState::times), &visible));
         visible.generation += 1;
         let rays = mirror.last.stats.rays + 600_000;
         while mirror.last.stats.rays < rays {

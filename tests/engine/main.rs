@@ -11,6 +11,7 @@ mod indirect;
 mod indirect_cornell;
 mod large_leaves;
 mod memory;
+mod moved_lights;
 mod moving_camera;
 mod penumbrae;
 mod pixel_vertices;

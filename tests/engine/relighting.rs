@@ -6,17 +6,24 @@ use crate::support::by_hand::{Mirror, drawn, engine_with, light, material, optio
 use glam::Vec3;
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
-use penombre::scene::light::LightKind;
+use penombre::scene::light::{LightKind, LightState};
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::collections::BTreeMap;
 
 const EYE: Vec3 = Vec3::new(0.5, 1.0, -0.6);
 const LAMP: Vec3 = Vec3::new(6.0, 5.0, 4.0);
 const POINT: Vec3 = Vec3::new(0.4, 0.5, 0.8);
+/// Where the point light is.
+const PLACE: Vec3 = Vec3::new(0.6, 1.2, -0.5);
 
 /// A closed room of side 2 about (0, 1, 0) with a glossy floor, a block in it, an area lamp under the ceiling and a point
 /// light; what both emit is multiplied by `factors`.
 fn room(factors: [Vec3; 2]) -> (Scene, Vec<TriangleId>) {
+    room_with(factors, PLACE)
+}
+
+/// The same with the point light at a place.
+pub(crate) fn room_with(factors: [Vec3; 2], position: Vec3) -> (Scene, Vec<TriangleId>) {
     let mut scene = Scene::default();
     let white = material(&mut scene, |m| m.kd = Vec3::splat(0.6));
     let glossy = material(&mut scene, |m| {
@@ -33,22 +40,22 @@ fn room(factors: [Vec3; 2]) -> (Scene, Vec<TriangleId>) {
     }
     ids.extend(patch(&mut scene, Vec3::new(-0.3, 0.5, -0.3), Vec3::Z * 0.6, Vec3::X * 0.6, 1, white));
     let triangles = patch(&mut scene, Vec3::new(-0.3, 1.9, -0.3), Vec3::X * 0.6, Vec3::Z * 0.6, 1, bright);
-    light(&mut scene, LightKind::Point { position: Vec3::new(0.6, 1.2, -0.5), intensity: POINT * factors[1] });
+    light(&mut scene, LightKind::Point { position, intensity: POINT * factors[1] });
     light(&mut scene, LightKind::Area { triangles });
     (scene, ids)
 }
 
 /// In the order of the scene's lights.
-fn in_order([lamp, point]: [Vec3; 2]) -> Vec<Vec3> {
-    vec![point, lamp]
+fn in_order([lamp, point]: [Vec3; 2]) -> Vec<LightState> {
+    [point, lamp].map(LightState::times).to_vec()
 }
 
-fn view(generation: u32, ids: &[TriangleId]) -> Visible {
+pub(crate) fn view(generation: u32, ids: &[TriangleId]) -> Visible {
     Visible { generation, eye: EYE, image: None, faces: ids.iter().map(|&t| (FaceId::new(t, false), 2000)).collect() }
 }
 
 /// Steps until nothing is left or so many rays are traced.
-fn finish(engine: &mut Engine, mirror: &mut Mirror, rays: u64) {
+pub(crate) fn finish(engine: &mut Engine, mirror: &mut Mirror, rays: u64) {
     let limit = mirror.last.stats.rays.saturating_add(rays);
     while !mirror.last.stats.converged && mirror.last.stats.rays < limit {
         mirror.apply(engine.step(Budget::Rays(50_000)));
@@ -56,7 +63,7 @@ fn finish(engine: &mut Engine, mirror: &mut Mirror, rays: u64) {
     }
 }
 
-fn solved(scene: Scene, ids: &[TriangleId], options: Options, rays: u64) -> (Engine, Mirror) {
+pub(crate) fn solved(scene: Scene, ids: &[TriangleId], options: Options, rays: u64) -> (Engine, Mirror) {
     let mut engine = engine_with(scene, 1, options);
     let mut mirror = Mirror::default();
     mirror.apply(engine.set_visible(&view(1, ids)));
@@ -65,15 +72,15 @@ fn solved(scene: Scene, ids: &[TriangleId], options: Options, rays: u64) -> (Eng
 }
 
 /// D and S by position and face at the corners of what is drawn.
-type Shown = BTreeMap<(u32, [u32; 3]), [Vec3; 2]>;
+pub(crate) type Shown = BTreeMap<(u32, [u32; 3]), [Vec3; 2]>;
 
-fn shown(mirror: &Mirror) -> Shown {
+pub(crate) fn shown(mirror: &Mirror) -> Shown {
     let corners = mirror.mesh.drawn().flat_map(|(_, drawn, corners)| corners.map(|slot| (drawn.face, slot)));
     corners.map(|(face, s)| ((face.0, s.position.to_array().map(f32::to_bits)), [s.diffuse, s.specular])).collect()
 }
 
 /// Largest difference where both have a value, against the largest value; how many there are.
-fn difference(a: &Shown, b: &Shown) -> (f32, usize) {
+pub(crate) fn difference(a: &Shown, b: &Shown) -> (f32, usize) {
     let most = b.values().flatten().map(|v| v.max_element()).fold(0.0, f32::max);
     let pairs = || a.iter().filter_map(|(key, a)| Some((a, b.get(key)?)));
     let worst =
@@ -88,7 +95,7 @@ const CHANGES: [[Vec3; 2]; 4] = [
     [Vec3::ONE, Vec3::ZERO],
 ];
 
-fn direct(seed: u64) -> Options {
+pub(crate) fn direct(seed: u64) -> Options {
     Options { min_pixels: 30.0, shadow_size: 0.1, ..options(seed) }
 }
 
@@ -175,7 +182,7 @@ fn the_first_guess_is_better_than_none() {
 }
 
 /// Mean over the drawn triangles, by area and by face.
-fn mean(mirror: &Mirror, ids: &[TriangleId]) -> Vec3 {
+pub(crate) fn mean(mirror: &Mirror, ids: &[TriangleId]) -> Vec3 {
     let mut sums = (Vec3::ZERO, 0.0);
     for [a, b, c] in ids.iter().flat_map(|&t| mirror.triangles(FaceId::new(t, false))) {
         let area = (b.position - a.position).cross(c.position - a.position).length();

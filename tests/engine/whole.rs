@@ -5,7 +5,7 @@ use crate::support::by_hand::{Mirror, bounces, drawn, engine_with, front, light,
 use glam::Vec3;
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::replay::HostMesh;
-use penombre::scene::light::LightKind;
+use penombre::scene::light::{LightKind, LightState};
 use penombre::scene::{FaceId, Scene, TriangleId};
 
 /// A floor and a wall under a lamp, and a board that shades a part of them.
@@ -49,7 +49,9 @@ fn it_draws_what_all_updates_together_draw() {
         step(&mut engine, &mut mirror);
         check(&mut engine, &mirror, &format!("batch {batch}"));
     }
-    mirror.apply(engine.relight(&[Vec3::new(0.5, 1.0, 2.0)], &view(2, Vec3::new(0.5, 1.5, 2.0), &faces)));
+    mirror.apply(
+        engine.relight(&[LightState::times(Vec3::new(0.5, 1.0, 2.0))], &view(2, Vec3::new(0.5, 1.5, 2.0), &faces)),
+    );
     check(&mut engine, &mirror, "another view in other light");
     for batch in 0..6 {
         step(&mut engine, &mut mirror);

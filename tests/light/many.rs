@@ -15,7 +15,7 @@ use penombre::math::sequence::Sequence;
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
 use penombre::refine::update::Slot;
-use penombre::scene::light::LightKind;
+use penombre::scene::light::{LightKind, LightState};
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::f32::consts::PI;
 use std::fmt::Write as _;
@@ -263,7 +263,8 @@ fn lights_are_drawn_with_the_chances_that_are_told() {
     let (scene, _) = hall(false, false, evenly);
     for (max, factors) in [(30, factors(evenly)), (30, factors(unevenly)), (1000, factors(unevenly))] {
         let mut lights = Lights::in_groups(&scene, max);
-        lights.set_factors(&factors);
+        let states: Vec<LightState> = factors.into_iter().map(LightState::times).collect();
+        lights.set(&states);
         for (x, normal) in [(Vec3::new(0.5, 0.0, 1.0), Vec3::Y), (Vec3::new(-2.0, 2.0, 0.3), Vec3::new(0.6, 0.0, 0.8))]
         {
             let mut choice = LightChoice::default();
@@ -330,7 +331,8 @@ fn threads_do_not_change_groups() {
 fn relit(engine: &mut Engine, mirror: &mut Mirror, ids: &[TriangleId], factors: &[Vec3]) {
     let faces = front(ids).into_iter().map(|face| (face, 1000)).collect();
     let generation = mirror.last.generation + 1;
-    mirror.apply(engine.relight(factors, &Visible { generation, eye: EYE, image: None, faces }));
+    let states: Vec<LightState> = factors.iter().copied().map(LightState::times).collect();
+    mirror.apply(engine.relight(&states, &Visible { generation, eye: EYE, image: None, faces }));
 }
 
 /// Members that change against each other: no ray is traced at once, what is shown is nearly what it was in quality, and it

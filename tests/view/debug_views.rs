@@ -3,6 +3,7 @@
 
 use crate::{converge, floor, room, with_session};
 use glam::Vec3;
+use penombre::scene::light::LightState;
 use penombre::session::{DebugView, Session, Unobserved};
 use std::collections::HashSet;
 
@@ -160,7 +161,7 @@ fn what_a_switch_makes_stale_is_counted_and_shown_until_it_is_gathered_again() {
         assert_eq!(session.totals().engine.outdated, 0);
         let fresh = picture(&mut session, DebugView::Knowledge);
         assert!(!colours(&fresh).into_iter().any(is_stale));
-        session.look_through(&camera, &[Vec3::ZERO, Vec3::ONE]).unwrap();
+        session.look_through(&camera, &[Vec3::ZERO, Vec3::ONE].map(LightState::times)).unwrap();
         session.step(&mut Unobserved).unwrap();
         let outdated = session.totals().engine.outdated;
         let stale = session.renderer_mut().read_display().unwrap();

@@ -4,6 +4,7 @@
 use crate::{converge, room, with_session};
 use glam::Vec3;
 use penombre::pass::UpdateMode;
+use penombre::scene::light::LightState;
 use penombre::session::Unobserved;
 
 #[test]
@@ -19,7 +20,9 @@ fn modes_that_find_every_pixel_draw_the_same_when_they_are_switched_to() {
         for (number, mode) in modes.into_iter().enumerate() {
             session.set_update_mode(mode).unwrap();
             assert_eq!(session.update_mode(), mode);
-            session.look_through(&camera, &[Vec3::splat(number as f32 + 0.5), Vec3::ONE]).unwrap();
+            session
+                .look_through(&camera, &[Vec3::splat(number as f32 + 0.5), Vec3::ONE].map(LightState::times))
+                .unwrap();
             converge(&mut session);
             let updated = session.renderer_mut().read_luminance().unwrap();
             session.renderer_mut().draw_all_next();

@@ -65,7 +65,7 @@ impl Walk {
             }
             None => {
                 let cameras = walk(scene, &bvh, &camera, args.pictures).into_iter().zip(0..);
-                let picture = |(camera, index)| Picture { index, of, camera, factors: Vec::new(), on_path: true };
+                let picture = |(camera, index)| Picture { index, of, camera, lights: Vec::new(), on_path: true };
                 cameras.map(picture).collect()
             }
         };
