@@ -50,6 +50,8 @@ pub enum Command {
     DimLight(String, f32),
     /// Set a light's colour, as factors on that of the scene.
     ColourLight(String, [f32; 3]),
+    /// Put a point or spot light somewhere, in coordinates of the scene's files.
+    MoveLight(String, DVec3),
     /// Show a debug view, of a light if it names one.
     View(&'static View, Option<String>),
     /// Show the next debug view.
@@ -115,6 +117,10 @@ impl Command {
             Self::DimLight(name, factor) => ("light.dim", vec![name.clone(), factor.to_string()]),
             Self::ColourLight(name, factors) => {
                 ("light.colour", std::iter::once(name.clone()).chain(numbers(factors)).collect())
+            }
+            Self::MoveLight(name, to) => {
+                let to = to.to_array().map(|value| value.to_string());
+                ("light.move", std::iter::once(name.clone()).chain(to).collect())
             }
             Self::View(view, light) => {
                 ("view.set", std::iter::once(view.name.to_owned()).chain(light.clone()).collect())

@@ -4,6 +4,7 @@ mod display;
 mod error_graph;
 mod figures;
 mod help;
+mod light_markers;
 mod lights;
 mod style;
 
@@ -27,6 +28,9 @@ pub fn lay_out(
     printed: &dyn Fn(KeyCode) -> Option<String>,
 ) -> Vec<Command> {
     let mut commands = Vec::new();
+    if viewer.open().hud && viewer.open().lights {
+        light_markers::lay_out(context, viewer, &mut commands);
+    }
     if viewer.open().hud {
         let panel = Window::new("penombre").title_bar(false).resizable(false).default_width(WIDTH).frame(frame());
         panel.anchor(Align2::LEFT_TOP, [MARGIN, MARGIN]).show(context, |ui| {

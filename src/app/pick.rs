@@ -31,6 +31,15 @@ pub fn point_towards(view: &View, place: Vec2, distance: f32) -> Vec3 {
     view.eye + view.direction(pixel_at(view, place).1) * distance
 }
 
+/// A point as far ahead as another, where the image moves by so many pixels.
+#[must_use]
+pub fn moved_across(view: &View, point: Vec3, pixels: Vec2) -> Vec3 {
+    let ahead = (point - view.eye).dot(view.forward);
+    let half = Vec2::new(view.size.width as f32, view.size.height as f32) * 0.5;
+    let shares = pixels / half;
+    point + (view.right * shares.x + view.down * shares.y) * ahead
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,6 +64,8 @@ mod tests {
         assert_eq!(point_at(&scene, &view, &faces, Vec2::ZERO), None, "nothing is seen there");
         assert!(point_at(&scene, &view, &faces, Vec2::ONE).is_some(), "the last pixel");
         assert_eq!(point_at(&scene, &view, &[], Vec2::ONE), None, "before the first frame");
+        let across = moved_across(&view, point, Vec2::new(-3.0, 2.0));
+        assert!(view.pixel_of(across).unwrap().distance(Vec2::new(3.5, 3.5)) < 1e-3 && (across - point).z.abs() < 1e-6);
         assert!((point_towards(&view, Vec2::splat(0.5), 2.0).z - 2.0).abs() < 1e-5);
     }
 }

@@ -1,7 +1,7 @@
 //! What was done, written down: as a script, and as a camera path.
 
 use super::command::Command;
-use super::lights::Lights;
+use super::lights::{Lights, Setting};
 use crate::error::Result;
 use crate::image::atomic;
 use crate::scene::camera::Camera;
@@ -66,10 +66,10 @@ impl Recording {
         }
     }
 
-    /// Notes where the camera is and how the lights are set; once a frame.
-    pub fn frame(&mut self, time: f64, camera: &Camera, lights: &Lights) {
+    /// Notes where the camera is and how the lights are set; once a frame. `origin` is that of the scene.
+    pub fn frame(&mut self, time: f64, camera: &Camera, lights: &Lights, origin: DVec3) {
         if let Some(path) = &mut self.path {
-            path.note(time - path.start, camera, lights);
+            path.note(time - path.start, camera, lights, origin);
         }
     }
 
@@ -94,12 +94,12 @@ impl Recording {
 }
 
 impl Path {
-    fn note(&mut self, time: f64, camera: &Camera, lights: &Lights) {
+    fn note(&mut self, time: f64, camera: &Camera, lights: &Lights, origin: DVec3) {
         if self.keys.last().is_none_or(|(last, _)| time - last >= BETWEEN_KEYS) {
             self.key(time, camera);
         }
         if self.lights.as_ref() != Some(lights) {
-            self.edit(time, lights);
+            self.edit(time, lights, origin);
             self.lights = Some(lights.clone());
         }
     }
@@ -118,13 +118,11 @@ impl Path {
     }
 
     /// What changed of the lights; at first, what is not as loaded.
-    fn edit(&mut self, time: f64, lights: &Lights) {
+    fn edit(&mut self, time: f64, lights: &Lights, origin: DVec3) {
+        let set = |light: &Setting| (light.on, light.power, light.colour, light.moved_to);
         for (number, light) in lights.all().iter().enumerate() {
-            let before = self.lights.as_ref().map_or((true, 1.0, Vec3::ONE), |lights| {
-                let before = &lights.all()[number];
-                (before.on, before.power, before.colour)
-            });
-            if before != (light.on, light.power, light.colour) {
+            let before = self.lights.as_ref().map_or((true, 1.0, Vec3::ONE, None), |lights| set(&lights.all()[number]));
+            if before != set(light) {
                 let switch = if light.on { "on" } else { "off" };
                 let [r, g, b] = light.colour.to_array().map(|value| float(value.into()));
                 let _ = write!(
@@ -135,15 +133,15 @@ impl Path {
                     toml::Value::from(light.name.as_str()),
                     float(f64::from(light.power)),
                 );
+                if let Some(place) = light.moved_to {
+                    let _ = writeln!(self.edits, "position = {}", point(place, origin));
+                }
             }
         }
     }
 
     fn toml(&self, origin: DVec3) -> String {
-        let point = |point: Vec3| {
-            let [x, y, z] = (point.as_dvec3() + origin).to_array().map(float);
-            format!("[{x}, {y}, {z}]")
-        };
+        let point = |place: Vec3| point(place, origin);
         let key = |(time, camera): &(f64, Camera)| {
             let Camera { position, look_at, .. } = *camera;
             format!("[[key]]\ntime = {}\nposition = {}\nlook_at = {}\n", float(*time), point(position), point(look_at))
@@ -151,6 +149,12 @@ impl Path {
         let keys: Vec<String> = self.keys.iter().map(key).collect();
         keys.join("\n") + &self.edits
     }
+}
+
+/// A point in coordinates of the scene's files, whose origin this is, as TOML has it.
+fn point(place: Vec3, origin: DVec3) -> String {
+    let [x, y, z] = (place.as_dvec3() + origin).to_array().map(float);
+    format!("[{x}, {y}, {z}]")
 }
 
 /// To a tenth of a millisecond.
@@ -175,7 +179,7 @@ mod tests {
     }
 
     fn lamp() -> Lights {
-        let kind = LightKind::Directional { direction: Vec3::X, irradiance: Vec3::ONE };
+        let kind = LightKind::Point { position: Vec3::X, intensity: Vec3::ONE };
         Lights::new(&[Light { name: "light \"1\"".to_owned(), kind }])
     }
 
@@ -184,16 +188,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let to = folder.path().join("walk.toml");
         let (mut recording, mut lights) = (Recording::default(), lamp());
+        let origin = DVec3::new(1000.0, 0.0, 0.0);
         recording.begin_path(to.clone(), 10.0);
         for frame in 0..=60 {
             // Half a second of flight, then half a second of rest; the light goes off in the middle.
             let seconds = f64::from(frame) / 60.0;
             if frame == 30 {
                 lights.change("light \"1\"", |light| light.on = false);
+                lights.change("light \"1\"", |light| light.moved_to = Some(Vec3::splat(0.5)));
             }
-            recording.frame(10.0 + seconds, &camera(seconds.min(0.5) as f32 * 2.0), &lights);
+            recording.frame(10.0 + seconds, &camera(seconds.min(0.5) as f32 * 2.0), &lights, origin);
         }
-        let origin = DVec3::new(1000.0, 0.0, 0.0);
         assert_eq!(recording.stop(11.0, &camera(1.0), origin).unwrap(), std::slice::from_ref(&to));
         assert!(!recording.is_on());
         let path = load_camera_path(&to, origin).unwrap();
@@ -204,6 +209,7 @@ mod tests {
             assert!(found.distance(camera(time.min(0.5) * 2.0).position) < 0.02, "{time}: {found}");
         }
         assert_eq!((path.edits.len(), path.edits[0].time, path.edits[0].on), (1, 0.5, Some(false)));
+        assert_eq!(path.edits[0].position, Some(Vec3::splat(0.5)));
     }
 
     #[test]

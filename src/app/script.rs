@@ -5,6 +5,7 @@ use super::table;
 use super::words::split;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
+use crate::scene::light::why_fixed;
 use crate::scene::report::Report;
 use std::path::{Path, PathBuf};
 
@@ -76,7 +77,7 @@ impl Script {
     }
 }
 
-/// Checks that the light or camera that a command names is there.
+/// Checks that the light or camera that a command names is there, and can be moved if it is to be.
 ///
 /// # Errors
 /// What is not, and what was perhaps meant.
@@ -87,10 +88,18 @@ pub fn check(command: &Command, scene: &Scene) -> Result<(), String> {
         Command::ToggleLight(name)
         | Command::DimLight(name, _)
         | Command::ColourLight(name, _)
+        | Command::MoveLight(name, _)
         | Command::View(_, Some(name))
             if lights().all(|known| known != name) =>
         {
             Err(missing("light", name, lights()))
+        }
+        Command::MoveLight(name, to) if !(*to - scene.origin).as_vec3().is_finite() => {
+            Err(format!("{name:?} would be too far away"))
+        }
+        Command::MoveLight(name, _) => {
+            let why = why_fixed(&scene.lights, name);
+            why.map_or(Ok(()), |why| Err(format!("{name:?} {why}")))
         }
         Command::View(view, _) if view.of_light && scene.lights.is_empty() => {
             Err(format!("the scene has no light for the view {}", view.name))

@@ -231,6 +231,14 @@ pub const ENTRIES: &[Entry] = &[
         parse: |a| Ok(Command::ColourLight(a.text(0).to_owned(), a.numbers_in(1, [0.0, 1e6])?)),
     },
     Entry {
+        name: "light.move",
+        arguments: "NAME X Y Z",
+        help: "Put a point or spot light somewhere, in coordinates of the scene's files",
+        example: "lamp 0 2.5 0",
+        triggers: &[Mouse(Gesture::DragMark)],
+        parse: |a| Ok(Command::MoveLight(a.text(0).to_owned(), a.point(1)?)),
+    },
+    Entry {
         name: "view.next",
         arguments: "",
         help: "Show the next debug view",

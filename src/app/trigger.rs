@@ -38,6 +38,8 @@ pub enum Gesture {
     DoubleClick,
     /// The left button with Alt held.
     AltClick,
+    /// The mark of a light moved with the left button held.
+    DragMark,
 }
 
 impl Gesture {
@@ -51,6 +53,7 @@ impl Gesture {
             Self::WheelWhileLooking => "hold right + wheel",
             Self::DoubleClick => "double click",
             Self::AltClick => "Alt + click",
+            Self::DragMark => "drag mark",
         }
     }
 }

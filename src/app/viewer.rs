@@ -236,7 +236,7 @@ impl Viewer {
         observer.frame(&mut self.session, &report)?;
         self.stats = report.engine;
         self.errors.note(self.time, self.stats.estimated_error);
-        self.recording.frame(self.time, &self.flight.camera, &self.lights);
+        self.recording.frame(self.time, &self.flight.camera, &self.lights, self.session.scene().origin);
         // The first frame of a view is followed by one with its work.
         if !report.camera_moved {
             self.explain()?;
@@ -276,7 +276,7 @@ impl Viewer {
         self.flight.pivot = None;
         self.user =
             self.user.map(|user| Camera { position: user.position + shift, look_at: user.look_at + shift, ..user });
-        self.lights = self.lights.carried_to(&scene.lights);
+        self.lights = self.lights.carried_to(&scene.lights, shift);
         (self.fault, self.changed) = (None, true);
         let said = std::iter::once("the scene was loaded again").chain(warnings.iter().map(String::as_str));
         self.say(first_lines(said));
@@ -307,10 +307,9 @@ impl Viewer {
         }
         match command {
             Command::RecordCamera(_) | Command::RecordSession(_) | Command::RecordStop => self.record(command)?,
-            Command::ToggleLight(name) => self.set_light(name, |light| light.on = !light.on),
-            Command::DimLight(name, power) => self.set_light(name, |light| light.power = *power),
-            Command::ColourLight(name, factors) => {
-                self.set_light(name, |light| light.colour = Vec3::from_array(*factors));
+            Command::ToggleLight(_) | Command::DimLight(..) | Command::ColourLight(..) | Command::MoveLight(..) => {
+                self.lights.execute(command, self.session.scene().origin);
+                self.changed = true;
             }
             Command::View(..) | Command::NextView => self.change_view(command),
             Command::Update(mode) => {
@@ -417,11 +416,6 @@ impl Viewer {
         }
         self.flight.camera = taken;
         self.flown = number == Some(0);
-        self.changed = true;
-    }
-
-    fn set_light(&mut self, name: &str, change: impl Fn(&mut super::lights::Setting)) {
-        self.lights.change(name, change);
         self.changed = true;
     }
 

@@ -2,7 +2,7 @@
 
 use super::camera::Camera;
 use super::input;
-use super::light::{Light, LightState};
+use super::light::{Light, LightState, why_fixed};
 use super::report::Report;
 use super::toml_walk::{At, Document, Table, nearest};
 use crate::error::{Error, Result};
@@ -138,15 +138,15 @@ impl LightEdit {
     /// Why it cannot be done to these lights.
     fn fault(&self, lights: &[Light]) -> Option<String> {
         let Self { light: name, .. } = self;
-        let Some(light) = lights.iter().find(|light| light.name == *name) else {
-            let names = || lights.iter().map(|light| light.name.as_str());
+        let names = || lights.iter().map(|light| light.name.as_str());
+        if names().all(|known| known != name) {
             let hint = match nearest(name, names()) {
                 Some(near) => format!("did you mean {near:?}?"),
                 None => format!("it has {}", some_of(names())),
             };
             return Some(format!("the scene has no light {name:?}: {hint}"));
-        };
-        self.position.and_then(|_| light.kind.why_fixed()).map(|why| format!("{name:?} {why}"))
+        }
+        self.position.and_then(|_| why_fixed(lights, name)).map(|why| format!("{name:?} {why}"))
     }
 }
 

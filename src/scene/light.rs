@@ -84,8 +84,7 @@ impl LightKind {
     }
 
     /// Why the light cannot be moved, if it cannot, to go on after its name.
-    #[must_use]
-    pub const fn why_fixed(&self) -> Option<&'static str> {
+    const fn why_fixed(&self) -> Option<&'static str> {
         match self {
             Self::Point { .. } | Self::Spot { .. } => None,
             Self::Directional { .. } => Some("is infinitely far: it has no place to move"),
@@ -105,6 +104,13 @@ impl LightKind {
     pub const fn is_delta(&self) -> bool {
         !matches!(self, Self::Area { .. })
     }
+}
+
+/// Why none of the lights of a name can be moved, if so, to go on after the name.
+#[must_use]
+pub fn why_fixed(lights: &[Light], name: &str) -> Option<&'static str> {
+    let named = lights.iter().filter(|light| light.name == name);
+    named.map(|light| light.kind.why_fixed()).min().flatten()
 }
 
 /// Cone falloff of a spot light: smoothstep of the cosine between the outer and the inner half angle.

@@ -87,6 +87,9 @@ fn faults_of_a_script_are_listed_before_anything_is_done() {
     let output = run(folder.path(), HEADLESS);
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("walk.script:1: error: the scene has no light \"lmap\": did you mean \"lamp\"?"));
+    fs::write(folder.path().join("walk.script"), "1 light.move lamp 0 1 0\n").unwrap();
+    let said = stderr(&run(folder.path(), HEADLESS));
+    assert!(said.contains("walk.script:1: error: \"lamp\" is geometry: it stays where it is"), "{said}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod support;
 
 mod debug_views;
 mod modes;
+mod moved_lights;
 mod panels;
 
 use crate::support::device::{self, add_quad, empty_scene, finish};

@@ -21,7 +21,7 @@ const RATE: Rate = Rate {
 };
 
 /// Runs a test on the panels of a viewer, in which commands were done.
-fn with_panels(commands: &[Command], test: impl FnOnce(&mut Harness<'_>, &RefCell<Vec<Command>>)) {
+pub(crate) fn with_panels(commands: &[Command], test: impl FnOnce(&mut Harness<'_>, &RefCell<Vec<Command>>)) {
     with_session(room(), true, |mut session| {
         converge(&mut session);
         let camera = session.scene().cameras[0].camera;
@@ -44,7 +44,7 @@ fn with_panels(commands: &[Command], test: impl FnOnce(&mut Harness<'_>, &RefCel
 }
 
 /// Clicks what is labelled so; what came of it.
-fn click(panels: &mut Harness<'_>, clicked: &RefCell<Vec<Command>>, label: &str) -> Vec<String> {
+pub(crate) fn click(panels: &mut Harness<'_>, clicked: &RefCell<Vec<Command>>, label: &str) -> Vec<String> {
     clicked.borrow_mut().clear();
     panels.get_by_label(label).click();
     panels.run_steps(2);
