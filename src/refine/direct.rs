@@ -38,6 +38,7 @@ impl Engine {
 
     /// Traces lights at vertices, and at others that these contradict, and evaluates their slots.
     pub(super) fn light(&mut self, work: &Work, grown: Grown) -> Lit {
+        let outdated = work.first_visits.iter().any(|&vertex| self.cache.vertices[vertex].outdated);
         self.run(&grown.jobs);
         let mut changed: Vec<VertexId> = grown.jobs.iter().map(|job| job.vertex).collect();
         ascending(&mut changed);
@@ -52,7 +53,7 @@ impl Engine {
         ascending(&mut slots);
         self.evaluate(&slots);
         let (pixel_samples, checks) = (work.pixel_samples.clone(), work.checks.clone());
-        Lit { first_visits, splits: grown.splits, pixel_samples, checks, slots }
+        Lit { first_visits, outdated, splits: grown.splits, pixel_samples, checks, slots }
     }
 
     /// Puts a vertex inside a leaf where its one pixel sees it.

@@ -18,7 +18,7 @@ impl Engine {
     /// Brings surpluses, the image's error and keys up to date with direct light that has changed, and checks pixels.
     pub(super) fn judge(&mut self, lit: &Lit) {
         if lit.first_visits {
-            return self.judge_first_visits(&lit.slots);
+            return self.judge_first_visits(lit);
         }
         lit.splits.iter().for_each(|leaf| self.divide_leaf(leaf));
         let children: Vec<NodeId> = lit.splits.iter().flat_map(|leaf| leaf.split.children.all()).collect();
@@ -41,10 +41,12 @@ impl Engine {
     }
 
     /// The same after first visits; when the last is done, everything that waited for it is queued.
-    fn judge_first_visits(&mut self, slots: &[SlotId]) {
-        let mut nodes = self.nodes_around(slots);
-        self.measure_around(&mut nodes);
-        ascending(&mut nodes);
+    fn judge_first_visits(&mut self, lit: &Lit) {
+        let mut nodes = self.nodes_around(&lit.slots);
+        if lit.outdated {
+            self.measure_around(&mut nodes);
+            ascending(&mut nodes);
+        }
         self.look_for_highlights(&nodes);
         self.account(&nodes);
         self.queue_waiting();

@@ -75,6 +75,8 @@ pub struct Grown {
 pub struct Lit {
     /// Whether nothing but first visits was done.
     pub first_visits: bool,
+    /// Whether some of them were visited before a light moved, so that leaves may lie around them that were split.
+    pub outdated: bool,
     /// Leaves that were split.
     pub splits: Vec<SplitLeaf>,
     /// Leaves that were sampled where their one pixel sees them.
