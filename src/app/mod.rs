@@ -16,6 +16,7 @@ pub mod libraries;
 pub mod lights;
 pub mod log;
 pub mod panels;
+pub mod path_traced;
 pub mod pick;
 pub mod probe_panel;
 pub mod rate;

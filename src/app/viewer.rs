@@ -1,11 +1,14 @@
 //! What is looked at and how, and what commands do to it. Neither a window nor a clock: time is told.
 
+mod moves;
+mod reference;
+
 use super::command::{Command, operator_name};
 use super::explained::Explained;
 use super::flight::Flight;
 use super::history::History;
 use super::lights::Lights;
-use super::pick;
+use super::path_traced::PathTraced;
 use super::recording::Recording;
 use super::reload::Fresh;
 use super::script;
@@ -17,7 +20,7 @@ use crate::scene::camera::{Camera, ImageSize};
 use crate::scene::{Display, ToneMapping};
 use crate::session::{FrameReport, Observer, Session};
 use crate::trace;
-use glam::{Vec2, Vec3};
+use glam::Vec3;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -26,8 +29,6 @@ const CROSSING: f32 = 4.0;
 
 /// Seconds for which a message is shown.
 const MESSAGE: f64 = 4.0;
-/// Seconds for which the speed is shown.
-const SPEED: f64 = 2.0;
 
 /// Range of the exposure, stops.
 const STOPS: f32 = 64.0;
@@ -54,6 +55,10 @@ pub struct Viewer {
     explained: Explained,
     /// The debug view.
     view: Choice,
+    /// The path-traced reference, once it was wanted.
+    reference: Option<PathTraced>,
+    /// Whether it is shown in place of the picture.
+    shows_reference: bool,
     /// Estimated errors so far.
     errors: History,
     /// The camera that was flown last, when another was taken.
@@ -90,6 +95,8 @@ impl Viewer {
             shots: Shots::new(name),
             explained: Explained::default(),
             view: Choice::default(),
+            reference: None,
+            shows_reference: false,
             errors: History::default(),
             user: None,
             flown: false,
@@ -222,15 +229,17 @@ impl Viewer {
     /// As [`Session::step`], or what the observer could not do; [`Error::Io`] if what is said of a pixel cannot be written: all goes on as
     /// before.
     pub fn frame(&mut self, observer: &mut dyn Observer) -> Result<Option<FrameReport>> {
-        let asked = self.redisplay || self.explained.is_asked();
+        let asked = self.redisplay || self.explained.is_asked() || self.reference_has_news();
         if !self.changed && !asked && self.session.is_idle() {
             return Ok(None);
         }
-        if std::mem::take(&mut self.changed) {
+        let moved = std::mem::take(&mut self.changed);
+        if moved {
             let looked = self.session.look_through(&self.flight.camera, &self.lights.factors());
             self.changed = looked.is_err();
             looked?;
         }
+        self.follow_reference(moved)?;
         self.redisplay = false;
         let report = self.session.step(observer)?;
         observer.frame(&mut self.session, &report)?;
@@ -313,6 +322,7 @@ impl Viewer {
                 self.set_light(name, |light| light.colour = Vec3::from_array(*factors));
             }
             Command::View(..) | Command::NextView => self.change_view(command),
+            Command::Reference(shown) => (self.shows_reference, self.redisplay) = (*shown, true),
             Command::Update(mode) => {
                 self.session.set_update_mode(*mode)?;
                 self.redisplay = true;
@@ -347,79 +357,6 @@ impl Viewer {
         self.recording.stop(self.time, &self.flight.camera, self.session.scene().origin)
     }
 
-    fn move_camera(&mut self, command: &Command) {
-        let flight = &mut self.flight;
-        match command {
-            Command::Fly(velocity) => flight.velocity = *velocity,
-            Command::Speed(factor) => return self.change_speed(*factor),
-            Command::Look(angles) => flight.look(*angles),
-            Command::Pivot(place) => return self.choose_pivot(*place),
-            Command::Orbit(angles) => flight.orbit(*angles),
-            Command::Pan(shift) => flight.pan(*shift),
-            Command::Dolly(factor) => flight.dolly(*factor),
-            Command::Centre(place) => {
-                if let Some(point) = self.point_at(*place) {
-                    self.flight.look_at(point);
-                }
-            }
-            Command::FrameAll => self.frame_all(),
-            Command::Go(name) => return self.go(name),
-            Command::Place { position, look_at } => {
-                let origin = self.session.scene().origin;
-                let [position, look_at] = [position, look_at].map(|point| (*point - origin).as_vec3());
-                flight.camera = Camera { position, look_at, ..flight.camera };
-            }
-            _ => return,
-        }
-        self.flown = true;
-        self.changed = true;
-    }
-
-    fn change_speed(&mut self, factor: f32) {
-        self.flight.speed *= factor;
-        let text = format!("speed {:.3} units a second", self.flight.speed);
-        self.message = Some((text, self.time + SPEED));
-    }
-
-    fn point_at(&self, place: Vec2) -> Option<Vec3> {
-        let renderer = self.session.renderer();
-        let view = self.session.view()?;
-        pick::point_at(self.session.scene(), view, renderer.face_ids(), place)
-    }
-
-    /// What is seen at a place; where nothing is, a point there as far as the one looked at.
-    fn choose_pivot(&mut self, place: Vec2) {
-        let reach = self.flight.reach();
-        let ahead = || self.session.view().map(|view| pick::point_towards(view, place, reach));
-        self.flight.pivot = self.point_at(place).or_else(ahead);
-    }
-
-    fn frame_all(&mut self) {
-        let size = self.session.size();
-        if let Some(bounds) = self.session.scene().bounds() {
-            self.flight.frame(bounds, size.width as f32 / size.height as f32);
-        }
-    }
-
-    /// Takes a camera by name or number from 1, or 0 for the one that was flown last.
-    fn go(&mut self, name: &str) {
-        let cameras = &self.session.scene().cameras;
-        let by_name = cameras.iter().position(|camera| camera.name == name);
-        let number = by_name.map(|index| index + 1).or_else(|| name.parse().ok());
-        let taken = match number {
-            Some(0) => self.user,
-            Some(number) => cameras.get(number - 1).map(|camera| camera.camera),
-            None => None,
-        };
-        let Some(taken) = taken else { return };
-        if self.flown {
-            self.user = Some(self.flight.camera);
-        }
-        self.flight.camera = taken;
-        self.flown = number == Some(0);
-        self.changed = true;
-    }
-
     fn set_light(&mut self, name: &str, change: impl Fn(&mut super::lights::Setting)) {
         self.lights.change(name, change);
         self.changed = true;
@@ -449,7 +386,6 @@ impl Viewer {
             _ => self.view = self.view.next(scene),
         }
         self.say(format!("view {}", self.view.label(self.session.scene())));
-        self.session.set_debug_view(self.view.debug_view());
         self.redisplay = true;
     }
 

@@ -7,6 +7,7 @@ mod support;
 mod debug_views;
 mod modes;
 mod panels;
+mod reference;
 
 use crate::support::device::{self, add_quad, empty_scene, finish};
 use glam::Vec3;

@@ -43,6 +43,7 @@ fn state(name: &str, viewer: &Viewer) -> Option<String> {
         "hud.lights" => Some(switch(viewer.open().hud && viewer.open().lights)),
         "help.toggle" => Some(switch(viewer.open().help)),
         "tone-mapping.next" => Some(operator_name(viewer.session().display().tone_mapping).to_owned()),
+        "reference.show" => Some(switch(viewer.shows_reference())),
         "view.next" => Some(viewer.view().label(viewer.session().scene())),
         "exposure.add" => Some(format!("{:+.1}", viewer.session().display().exposure)),
         "camera.speed" => Some(format!("{:.3}/s", viewer.flight().speed)),
