@@ -25,6 +25,8 @@ pub mod recovery;
 pub mod reload;
 pub mod screen;
 pub mod script;
+#[cfg(feature = "shader-reload")]
+pub mod shader_watch;
 pub mod shots;
 pub mod stage;
 pub mod table;

@@ -59,6 +59,8 @@ pub struct Stage<T: Fn(Reply)> {
     plan: Plan,
     controls: Controls,
     reloader: Reloader,
+    #[cfg(feature = "shader-reload")]
+    shaders: super::shader_watch::ShaderWatch,
     open: Open,
     inbox: Receiver<Message>,
     tell: T,
@@ -100,6 +102,8 @@ impl<T: Fn(Reply)> Stage<T> {
             plan,
             controls: Controls::default(),
             reloader,
+            #[cfg(feature = "shader-reload")]
+            shaders: super::shader_watch::ShaderWatch::start(super::shader_watch::FOLDER.into()),
             open,
             inbox,
             tell,
@@ -240,6 +244,11 @@ impl<T: Fn(Reply)> Stage<T> {
     fn reload(&mut self) -> Result<()> {
         if self.viewer.take_reload() {
             self.reloader.ask();
+        }
+        #[cfg(feature = "shader-reload")]
+        if let Some(edited) = self.shaders.arrived() {
+            self.stale = true;
+            self.viewer.edited(edited)?;
         }
         let Some(loaded) = self.reloader.arrived() else { return Ok(()) };
         self.stale = true;

@@ -2,6 +2,8 @@
 
 mod moves;
 mod reference;
+#[cfg(feature = "shader-reload")]
+mod shaders;
 
 use super::command::{Command, operator_name};
 use super::explained::Explained;
@@ -21,6 +23,7 @@ use crate::scene::{Display, ToneMapping};
 use crate::session::{FrameReport, Observer, Session};
 use crate::trace;
 use glam::Vec3;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -29,6 +32,9 @@ const CROSSING: f32 = 4.0;
 
 /// Seconds for which a message is shown.
 const MESSAGE: f64 = 4.0;
+
+/// Files that hold the scene.
+const SCENE: &str = "scene";
 
 /// Range of the exposure, stops.
 const STOPS: f32 = 64.0;
@@ -72,8 +78,8 @@ pub struct Viewer {
     /// Seconds since the first picture.
     time: f64,
     message: Option<(String, f64)>,
-    /// What is wrong with the scene's files, as long as it is.
-    fault: Option<String>,
+    /// What is wrong with files, as long as it is, by what they hold.
+    faults: BTreeMap<&'static str, String>,
     /// Whether the scene is to be loaded again.
     reload: bool,
     ended: bool,
@@ -104,7 +110,7 @@ impl Viewer {
             redisplay: false,
             time: 0.0,
             message: None,
-            fault: None,
+            faults: BTreeMap::new(),
             reload: false,
             ended: false,
             stats: EngineStats::default(),
@@ -145,7 +151,7 @@ impl Viewer {
     #[must_use]
     pub fn message(&self) -> Option<&str> {
         let message = self.message.as_ref().filter(|(_, until)| self.time < *until).map(|(text, _)| text);
-        message.or(self.fault.as_ref()).map(String::as_str)
+        message.or_else(|| self.faults.values().next()).map(String::as_str)
     }
 
     /// How much longer that is to be said.
@@ -274,7 +280,7 @@ impl Viewer {
         let Fresh { scene, bvh, warnings, .. } = match loaded {
             Ok(fresh) => fresh,
             Err(fault @ (Error::Input(_) | Error::Io { .. } | Error::Usage(_))) => {
-                self.fault = Some(first_lines(fault.to_string().lines()));
+                self.faults.insert(SCENE, first_lines(fault.to_string().lines()));
                 return Ok(());
             }
             Err(other) => return Err(other),
@@ -286,7 +292,8 @@ impl Viewer {
         self.user =
             self.user.map(|user| Camera { position: user.position + shift, look_at: user.look_at + shift, ..user });
         self.lights = self.lights.carried_to(&scene.lights);
-        (self.fault, self.changed) = (None, true);
+        self.faults.remove(SCENE);
+        self.changed = true;
         let said = std::iter::once("the scene was loaded again").chain(warnings.iter().map(String::as_str));
         self.say(first_lines(said));
         Ok(())
