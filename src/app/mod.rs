@@ -15,6 +15,7 @@ pub mod history;
 pub mod libraries;
 pub mod lights;
 pub mod log;
+pub mod lost_display;
 pub mod panels;
 pub mod path_traced;
 pub mod pick;
