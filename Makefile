@@ -47,6 +47,7 @@ out/references/%.exr:
 # The development profile: optimised, with debug assertions, overflow checks and the validation layer.
 test: setup-tests
 	PENOMBRE_REQUIRE_GPU=1 $(CARGO) test
+	PENOMBRE_REQUIRE_GPU=1 $(CARGO) test --features shader-reload --test shaders
 
 check: format lint test doc
 
@@ -61,6 +62,7 @@ format:
 
 lint:
 	$(CARGO) clippy --all-targets -- -D warnings
+	$(CARGO) clippy --all-targets --all-features -- -D warnings
 
 doc:
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps

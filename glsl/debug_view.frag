@@ -11,6 +11,7 @@
 
 layout(set = 0, binding = 7) uniform utexture2D drawn_ids;    // drawn triangle + 1 (0: none)
 layout(set = 0, binding = 8) uniform utextureBuffer values;   // by drawn triangle
+layout(set = 0, binding = 9) uniform utextureBuffer reference; // by pixel, row by row: bits of radiance and coverage
 layout(constant_id = 2) const uint VIEW = 0u; // src/pass/debug_view.rs
 
 const uint KD = 0u;
@@ -24,6 +25,8 @@ const uint ERROR = 7u;
 const uint KNOWLEDGE = 8u;
 const uint MESH = 9u;
 const uint LIGHT_MESH = 10u;
+const uint REFERENCE = 11u;
+const uint BESIDE = 12u;
 
 layout(location = 0) out vec4 display;
 
@@ -66,12 +69,27 @@ vec3 coloured(ivec2 p) {
         case LEVEL: return colour_of_level(value_at(p));
         case ERROR: return colour_of_error(uintBitsToFloat(value_at(p)));
         case KNOWLEDGE: return colour_of_knowledge(light.diffuse / frame.luminance_scale);
+        case BESIDE: return displayed(radiance(p, light)).rgb;
         default: return with_lines(p, displayed(radiance(p, light)).rgb);
     }
 }
 
+vec4 reference_at(ivec2 p) {
+    int pixel = p.y * textureSize(ids, 0).x + p.x;
+    return pixel < textureSize(reference) ? uintBitsToFloat(texelFetch(reference, pixel)) : vec4(0.0);
+}
+
 void main() {
     ivec2 p = ivec2(gl_FragCoord.xy);
+    int middle = textureSize(ids, 0).x / 2;
+    if (VIEW == BESIDE && p.x == middle) {
+        display = vec4(LINE, 1.0);
+        return;
+    }
+    if (VIEW == REFERENCE || VIEW == BESIDE && p.x > middle) {
+        display = displayed(reference_at(p));
+        return;
+    }
     float coverage = texelFetch(image_kd, p, 0).a;
     display = vec4(coverage > 0.0 ? coloured(p) : vec3(0.0), coverage);
 }

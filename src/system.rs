@@ -2,6 +2,7 @@
 //! are read from /proc, on Linux.
 
 use serde::Serialize;
+use std::ffi::{c_int, c_void};
 
 /// Whether a shared library can be loaded, by the name that programs ask for.
 #[allow(unsafe_code, reason = "libraries of the window system run no code of their own when they are loaded")]
@@ -9,6 +10,22 @@ use serde::Serialize;
 pub fn can_load(library: &str) -> bool {
     // SAFETY: the library is one that the window is about to load and to use, and its symbols are not looked at here.
     unsafe { libloading::Library::new(library) }.is_ok()
+}
+
+/// Has Xlib call a function when its connection to the display breaks. Xlib ends the process, with status 1, if that returns. Without Xlib
+/// nothing happens.
+#[allow(unsafe_code, reason = "a function of Xlib is called by its name")]
+pub fn when_x11_breaks(handler: extern "C" fn(*mut c_void) -> c_int) {
+    type SetHandler = unsafe extern "C" fn(extern "C" fn(*mut c_void) -> c_int) -> *mut c_void;
+    // SAFETY: the function has this signature in every Xlib, and may be called at any time; the library stays loaded for ever, since
+    // it now has a pointer into this program, as this program may have into it.
+    unsafe {
+        let Ok(xlib) = libloading::Library::new("libX11.so.6") else { return };
+        if let Ok(set) = xlib.get::<SetHandler>(b"XSetIOErrorHandler\0") {
+            set(handler);
+        }
+        std::mem::forget(xlib);
+    }
 }
 
 /// CPU time of a living thread of this process.

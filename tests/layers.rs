@@ -54,6 +54,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("libloading", &["src/system.rs"]),
     ("clap", &["src/cli/"]),
     ("indicatif", &["src/cli/"]),
+    ("glslang", &["src/vk/shader_compiler.rs"]),
     ("ctrlc", &["src/cli/"]),
     ("nix", &["src/system.rs"]),
     ("procfs", &["src/system.rs"]),

@@ -74,6 +74,15 @@ impl Arguments<'_> {
         self.words.get(index).cloned()
     }
 
+    /// `on` or `off`.
+    pub(super) fn switch(&self, index: usize) -> Result<bool, String> {
+        match self.text(index) {
+            "on" => Ok(true),
+            "off" => Ok(false),
+            other => Err(format!("{other}: expected on or off, as in `{}`", self.example)),
+        }
+    }
+
     /// An update mode.
     pub(super) fn update_mode(&self) -> Result<UpdateMode, String> {
         UpdateMode::named(self.text(0)).ok_or_else(|| {

@@ -56,6 +56,8 @@ pub enum Command {
     View(&'static View, Option<String>),
     /// Show the next debug view.
     NextView,
+    /// Show the path-traced reference in place of the picture, or the picture again.
+    Reference(bool),
     /// Set how changed lighting is redrawn.
     Update(UpdateMode),
     /// Set the exposure, stops.
@@ -126,6 +128,7 @@ impl Command {
                 ("view.set", std::iter::once(view.name.to_owned()).chain(light.clone()).collect())
             }
             Self::NextView => ("view.next", vec![]),
+            Self::Reference(shown) => ("reference.show", vec![if *shown { "on" } else { "off" }.to_owned()]),
             Self::Update(mode) => ("update.set", vec![mode.name().to_owned()]),
             Self::Exposure(stops) => ("exposure.set", numbers(&[*stops])),
             Self::Expose(stops) => ("exposure.add", numbers(&[*stops])),

@@ -97,6 +97,8 @@ pub struct Controls {
     shift: bool,
     alt: bool,
     held: Vec<KeyCode>,
+    /// Keys that are down and stand for something until they come up.
+    standing: Vec<KeyCode>,
     /// The velocity that was last commanded.
     velocity: Vec3,
     last_click: Option<(f64, Vec2)>,
@@ -132,7 +134,8 @@ impl Controls {
             Event::FocusLost => {
                 self.held.clear();
                 self.drag = None;
-                self.flight().into_iter().collect()
+                let ended: Vec<Command> = self.standing.drain(..).filter_map(|code| standing(code, false)).collect();
+                ended.into_iter().chain(self.flight()).collect()
             }
         }
     }
@@ -150,8 +153,23 @@ impl Controls {
         if self.is_looking() && direction(code).is_some() {
             return self.flight().into_iter().collect();
         }
-        let acts = pressed && !repeat && !kept.keyboard;
-        acts.then(|| self.chord(code)).flatten().into_iter().collect()
+        if !pressed {
+            return self.come_up(code).into_iter().collect();
+        }
+        let acts = !repeat && !kept.keyboard;
+        acts.then(|| self.go_down(code).or_else(|| self.chord(code))).flatten().into_iter().collect()
+    }
+
+    /// The command of a key that stands for something until it comes up.
+    fn go_down(&mut self, code: KeyCode) -> Option<Command> {
+        let command = standing(code, true)?;
+        self.standing.push(code);
+        Some(command)
+    }
+
+    fn come_up(&mut self, code: KeyCode) -> Option<Command> {
+        let at = self.standing.iter().position(|standing| *standing == code)?;
+        standing(self.standing.swap_remove(at), false)
     }
 
     /// The command of a key with those held beside it.
@@ -163,7 +181,7 @@ impl Controls {
             }
             _ => None,
         });
-        table::parse(&split(&lines.next()?).ok()?).ok()
+        command_of(&lines.next()?)
     }
 
     /// The velocity that keys ask for, if it is another than before.
@@ -236,6 +254,21 @@ impl Controls {
     }
 }
 
+/// The command that a line says.
+fn command_of(line: &str) -> Option<Command> {
+    table::parse(&split(line).ok()?).ok()
+}
+
+/// The command of a key that stands for something while it is down, when it goes down or comes up.
+fn standing(code: KeyCode, down: bool) -> Option<Command> {
+    let all = ENTRIES.iter().flat_map(|entry| entry.triggers.iter().map(move |trigger| (entry.name, trigger)));
+    let mut lines = all.filter_map(|(name, trigger)| match trigger {
+        Trigger::While(held, [on, off]) if *held == code => Some(format!("{name} {}", if down { on } else { off })),
+        _ => None,
+    });
+    command_of(&lines.next()?)
+}
+
 /// Where a key flies.
 fn direction(code: KeyCode) -> Option<Vec3> {
     ENTRIES.iter().flat_map(|entry| entry.triggers).find_map(|trigger| match trigger {
@@ -274,6 +307,17 @@ mod tests {
 
     fn at(x: f32, y: f32) -> Event {
         Event::Cursor(Vec2::new(x, y))
+    }
+
+    #[test]
+    fn the_reference_is_shown_while_its_key_is_down() {
+        let mut controls = Controls::default();
+        assert_eq!(send(&mut controls, &[key(KeyCode::Space, true)]), ["reference.show on"]);
+        let again = Event::Key { code: KeyCode::Space, pressed: true, repeat: true, printed: None };
+        assert_eq!(send(&mut controls, &[again, key(KeyCode::Space, false)]), ["reference.show off"]);
+        assert_eq!(send(&mut controls, &[key(KeyCode::Space, false)]), [""; 0]);
+        let left = [key(KeyCode::Space, true), Event::FocusLost, key(KeyCode::Space, false)];
+        assert_eq!(send(&mut controls, &left), ["reference.show on", "reference.show off"]);
     }
 
     #[test]

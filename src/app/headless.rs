@@ -13,6 +13,9 @@ use crate::vk::{Device, DeviceOptions};
 use egui::{Context, Pos2, RawInput, Rect};
 use std::path::PathBuf;
 
+/// How often panels are laid out for a frame, at most: those that are new are only measured at first.
+const LAYOUTS: u32 = 3;
+
 /// Frames of a script.
 pub struct Film {
     /// Frames a second of the script's time.
@@ -26,7 +29,10 @@ pub struct Film {
 /// # Errors
 /// A file that cannot be written, a scene that cannot be loaded again, a lost device.
 pub fn play(session: Session, mut plan: Plan, film: &Film) -> Result<Vec<PathBuf>> {
-    let mut screen = Screen::new(session.renderer().device(), session.size(), None, Context::default())?;
+    let context = Context::default();
+    // Nothing is half there in a frame.
+    context.all_styles_mut(|style| style.animation_time = 0.0);
+    let mut screen = Screen::new(session.renderer().device(), session.size(), None, context)?;
     let wanted = DeviceOptions { device: session.options().device.clone(), validation: None };
     let mut open: Open = Box::new(move || Ok((Device::new(&wanted)?, None)));
     let mut viewer = Viewer::new(session, plan.camera, plan.name.clone(), plan.open);
@@ -77,8 +83,13 @@ fn show(viewer: &mut Viewer, screen: &mut Screen) -> Result<()> {
         screen_rect: Some(Rect::from_min_size(Pos2::ZERO, pixels)),
         ..RawInput::default()
     };
-    screen.lay_out(input, |context| {
-        panels::lay_out(context, viewer, Rate::default(), &|_| None);
-    });
+    for _ in 0..LAYOUTS {
+        let asked = screen.lay_out(input.clone(), |context| {
+            panels::lay_out(context, viewer, Rate::default(), &|_| None);
+        });
+        if !asked.again.is_zero() {
+            break;
+        }
+    }
     screen.show(viewer.session().renderer().display_image(), size).map(drop)
 }

@@ -15,7 +15,9 @@ pub mod history;
 pub mod libraries;
 pub mod lights;
 pub mod log;
+pub mod lost_display;
 pub mod panels;
+pub mod path_traced;
 pub mod pick;
 pub mod probe_panel;
 pub mod rate;
@@ -24,6 +26,8 @@ pub mod recovery;
 pub mod reload;
 pub mod screen;
 pub mod script;
+#[cfg(feature = "shader-reload")]
+pub mod shader_watch;
 pub mod shots;
 pub mod stage;
 pub mod table;

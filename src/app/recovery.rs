@@ -21,6 +21,7 @@ pub fn recover(fault: Error, viewer: &mut Viewer, screen: &mut Screen, open: &mu
     let (device, presenter) = open()?;
     viewer.session_mut().replace_device(Arc::clone(&device))?;
     screen.replace(&device, viewer.session().size(), presenter)?;
+    viewer.show_anew();
     viewer.say(format!("{said}; it was opened again"));
     Ok(())
 }

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 /// Time between two looks at the files.
-const POLL: Duration = Duration::from_millis(500);
+pub(super) const POLL: Duration = Duration::from_millis(500);
 
 /// Where a scene is loaded from.
 #[derive(Clone, Debug)]
@@ -90,14 +90,14 @@ impl Reloader {
 }
 
 /// Time of the last change and length of each file; `None` for one that is not there.
-type Stamps = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
+pub(super) type Stamps = BTreeMap<PathBuf, Option<(SystemTime, u64)>>;
 
 fn stamp(file: &Path) -> Option<(SystemTime, u64)> {
     let data = std::fs::metadata(file).ok()?;
     Some((data.modified().ok()?, data.len()))
 }
 
-fn stamps<'a>(files: impl Iterator<Item = &'a PathBuf>) -> Stamps {
+pub(super) fn stamps<'a>(files: impl Iterator<Item = &'a PathBuf>) -> Stamps {
     files.map(|file| (file.clone(), stamp(file))).collect()
 }
 

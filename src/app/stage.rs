@@ -59,6 +59,8 @@ pub struct Stage<T: Fn(Reply)> {
     plan: Plan,
     controls: Controls,
     reloader: Reloader,
+    #[cfg(feature = "shader-reload")]
+    shaders: super::shader_watch::ShaderWatch,
     open: Open,
     inbox: Receiver<Message>,
     tell: T,
@@ -100,6 +102,8 @@ impl<T: Fn(Reply)> Stage<T> {
             plan,
             controls: Controls::default(),
             reloader,
+            #[cfg(feature = "shader-reload")]
+            shaders: super::shader_watch::ShaderWatch::start(super::shader_watch::FOLDER.into()),
             open,
             inbox,
             tell,
@@ -153,7 +157,8 @@ impl<T: Fn(Reply)> Stage<T> {
         if self.stale || self.viewer.is_changing() {
             return Duration::ZERO;
         }
-        let light = (!self.viewer.session().is_idle()).then(|| self.meter.until(self.refresh));
+        let goes_on = !self.viewer.session().is_idle() || self.viewer.is_tracing();
+        let light = goes_on.then(|| self.meter.until(self.refresh));
         let panels = self.again.map(|again| again.saturating_duration_since(Instant::now()));
         let step = self.steps.front().map(|step| Duration::from_secs_f64((step.time - self.now()).max(0.0)));
         [light, panels, step].into_iter().flatten().min().unwrap_or(TICK).min(TICK)
@@ -177,16 +182,26 @@ impl<T: Fn(Reply)> Stage<T> {
                 Message::Happened(input, event) => self.happened(*input, event)?,
                 Message::Resized(to) => size = Some(to),
                 Message::Scaled(scale) => (self.scale, self.stale) = (scale, true),
-                Message::Seen(seen) => (self.seen, self.stale) = (seen, true),
+                Message::Seen(seen) => self.appear(seen),
                 Message::Closed => self.execute(&Command::Quit)?,
             }
         }
         size.map_or(Ok(()), |size| self.resize(size))
     }
 
+    fn appear(&mut self, seen: bool) {
+        (self.seen, self.stale) = (seen, true);
+        if !seen {
+            self.viewer.pause_reference();
+        }
+    }
+
     fn resize(&mut self, window: Option<ImageSize>) -> Result<()> {
         (self.window, self.stale) = (window, true);
-        let Some(size) = window else { return Ok(()) };
+        let Some(size) = window else {
+            self.viewer.pause_reference();
+            return Ok(());
+        };
         match self.viewer.resize(size) {
             // Larger than the device's images: those that there are get stretched.
             Err(Error::Usage(fault)) => self.viewer.say(fault),
@@ -196,8 +211,9 @@ impl<T: Fn(Reply)> Stage<T> {
     }
 
     fn happened(&mut self, mut input: RawInput, event: Option<Event>) -> Result<()> {
-        // Tab shows and hides the panel, instead of going through what is on it.
-        input.events.retain(|event| !matches!(event, egui::Event::Key { key: egui::Key::Tab, .. }));
+        // Tab shows and hides the panel, instead of going through what is on it, and Space clicks nothing.
+        let is_ours = |key: egui::Key| matches!(key, egui::Key::Tab | egui::Key::Space);
+        input.events.retain(|event| !matches!(event, egui::Event::Key { key, .. } if is_ours(*key)));
         self.input.append(input);
         let context = self.screen.context();
         let kept = Kept { mouse: context.egui_wants_pointer_input(), keyboard: context.text_edit_focused() };
@@ -228,6 +244,11 @@ impl<T: Fn(Reply)> Stage<T> {
     fn reload(&mut self) -> Result<()> {
         if self.viewer.take_reload() {
             self.reloader.ask();
+        }
+        #[cfg(feature = "shader-reload")]
+        if let Some(edited) = self.shaders.arrived() {
+            self.stale = true;
+            self.viewer.edited(edited)?;
         }
         let Some(loaded) = self.reloader.arrived() else { return Ok(()) };
         self.stale = true;

@@ -4,7 +4,7 @@ use super::arguments::Arguments;
 use super::command::{Command, nearest};
 use super::trigger::{Chord, Gesture, Trigger};
 use super::views::View;
-use Trigger::{Gesture as Mouse, Held, Key};
+use Trigger::{Gesture as Mouse, Held, Key, While};
 use glam::Vec3;
 use winit::keyboard::KeyCode;
 
@@ -250,10 +250,18 @@ pub const ENTRIES: &[Entry] = &[
         name: "view.set",
         arguments: "VIEW [LIGHT]",
         help: "Show a debug view, of a light if there is one for each: final, kd, ks, Le, D, S, direct, indirect, face.id, level, \
-               error, stale, mesh, light-mesh",
+               error, stale, mesh, light-mesh, beside",
         example: "direct lamp",
         triggers: &[],
         parse: |a| Ok(Command::View(View::named(a.text(0))?, a.rest(1))),
+    },
+    Entry {
+        name: "reference.show",
+        arguments: "on|off",
+        help: "Show the path-traced reference in place of the picture; of the same view and lights it goes on where it stopped",
+        example: "on",
+        triggers: &[While(KeyCode::Space, ["on", "off"])],
+        parse: |a| Ok(Command::Reference(a.switch(0)?)),
     },
     Entry {
         name: "update.set",
@@ -415,7 +423,12 @@ mod tests {
     fn keys_stand_for_commands_that_parse() {
         for entry in ENTRIES {
             for trigger in entry.triggers {
-                if let Key(_, arguments) = trigger {
+                let arguments = match trigger {
+                    Key(_, arguments) => vec![*arguments],
+                    While(_, both) => both.to_vec(),
+                    Held(..) | Mouse(_) => vec![],
+                };
+                for arguments in arguments {
                     let words = split(&format!("{} {arguments}", entry.name)).unwrap();
                     parse(&words).unwrap_or_else(|e| panic!("{words:?}: {e}"));
                 }
@@ -435,6 +448,7 @@ mod tests {
         assert!(fault("camera.look nan 0").contains("expected a number for RIGHT"));
         assert!(fault("camera.fly 0 inf 0").contains("expected a number for UP"));
         assert!(fault("camera.pivot 0.5 1.5").contains("from 0 to 1 for Y"));
+        assert!(fault("reference.show yes").contains("expected on or off, as in `reference.show on`"));
         assert!(fault("window.screenshot a.jpg").contains(".png or .exr"));
         assert!(fault("tone-mapping.set filmic").contains("clamp, reinhard"));
         assert!(fault("quux").contains("penombre help view"));

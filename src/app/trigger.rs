@@ -65,6 +65,8 @@ pub enum Trigger {
     Key(Chord, &'static str),
     /// A key held while the right button is: flies right, up, forward. Shift makes it three times as fast, Ctrl a third.
     Held(KeyCode, [f32; 3]),
+    /// A key, with the arguments that the command has when it goes down, and those when it comes up.
+    While(KeyCode, [&'static str; 2]),
     /// A movement of the mouse, whose extent makes the arguments.
     Gesture(Gesture),
 }
@@ -78,6 +80,7 @@ impl Trigger {
             Self::Key(Chord { code, control: true }, _) => format!("Ctrl + {}", key(*code)),
             Self::Key(Chord { code, control: false }, _) => key(*code),
             Self::Held(code, _) => format!("hold right + {}", key(*code)),
+            Self::While(code, _) => format!("hold {}", key(*code)),
             Self::Gesture(gesture) => gesture.label().to_owned(),
         }
     }
@@ -129,6 +132,7 @@ mod tests {
         let quit = Trigger::Key(Chord { code: KeyCode::KeyQ, control: true }, "");
         assert_eq!(quit.label(&us), "Ctrl + Q");
         assert_eq!(Trigger::Key(Chord::of(KeyCode::Digit0), "").label(&us), "0");
+        assert_eq!(Trigger::While(KeyCode::Space, [""; 2]).label(&us), "hold Space");
         assert_eq!(labels(&[Trigger::Gesture(Gesture::Wheel)], &us), "wheel");
     }
 }

@@ -1,11 +1,16 @@
 //! What is looked at and how, and what commands do to it. Neither a window nor a clock: time is told.
 
+mod moves;
+mod reference;
+#[cfg(feature = "shader-reload")]
+mod shaders;
+
 use super::command::{Command, operator_name};
 use super::explained::Explained;
 use super::flight::Flight;
 use super::history::History;
 use super::lights::Lights;
-use super::pick;
+use super::path_traced::PathTraced;
 use super::recording::Recording;
 use super::reload::Fresh;
 use super::script;
@@ -17,7 +22,7 @@ use crate::scene::camera::{Camera, ImageSize};
 use crate::scene::{Display, ToneMapping};
 use crate::session::{FrameReport, Observer, Session};
 use crate::trace;
-use glam::{Vec2, Vec3};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -26,8 +31,9 @@ const CROSSING: f32 = 4.0;
 
 /// Seconds for which a message is shown.
 const MESSAGE: f64 = 4.0;
-/// Seconds for which the speed is shown.
-const SPEED: f64 = 2.0;
+
+/// Files that hold the scene.
+const SCENE: &str = "scene";
 
 /// Range of the exposure, stops.
 const STOPS: f32 = 64.0;
@@ -54,6 +60,10 @@ pub struct Viewer {
     explained: Explained,
     /// The debug view.
     view: Choice,
+    /// The path-traced reference, once it was wanted.
+    reference: Option<PathTraced>,
+    /// Whether it is shown in place of the picture.
+    shows_reference: bool,
     /// Estimated errors so far.
     errors: History,
     /// The camera that was flown last, when another was taken.
@@ -67,8 +77,8 @@ pub struct Viewer {
     /// Seconds since the first picture.
     time: f64,
     message: Option<(String, f64)>,
-    /// What is wrong with the scene's files, as long as it is.
-    fault: Option<String>,
+    /// What is wrong with files, as long as it is, by what they hold.
+    faults: BTreeMap<&'static str, String>,
     /// Whether the scene is to be loaded again.
     reload: bool,
     ended: bool,
@@ -90,6 +100,8 @@ impl Viewer {
             shots: Shots::new(name),
             explained: Explained::default(),
             view: Choice::default(),
+            reference: None,
+            shows_reference: false,
             errors: History::default(),
             user: None,
             flown: false,
@@ -97,7 +109,7 @@ impl Viewer {
             redisplay: false,
             time: 0.0,
             message: None,
-            fault: None,
+            faults: BTreeMap::new(),
             reload: false,
             ended: false,
             stats: EngineStats::default(),
@@ -138,7 +150,7 @@ impl Viewer {
     #[must_use]
     pub fn message(&self) -> Option<&str> {
         let message = self.message.as_ref().filter(|(_, until)| self.time < *until).map(|(text, _)| text);
-        message.or(self.fault.as_ref()).map(String::as_str)
+        message.or_else(|| self.faults.values().next()).map(String::as_str)
     }
 
     /// How much longer that is to be said.
@@ -222,15 +234,17 @@ impl Viewer {
     /// As [`Session::step`], or what the observer could not do; [`Error::Io`] if what is said of a pixel cannot be written: all goes on as
     /// before.
     pub fn frame(&mut self, observer: &mut dyn Observer) -> Result<Option<FrameReport>> {
-        let asked = self.redisplay || self.explained.is_asked();
+        let asked = self.redisplay || self.explained.is_asked() || self.reference_has_news();
         if !self.changed && !asked && self.session.is_idle() {
             return Ok(None);
         }
-        if std::mem::take(&mut self.changed) {
+        let moved = std::mem::take(&mut self.changed);
+        if moved {
             let looked = self.session.look_through(&self.flight.camera, &self.lights.states());
             self.changed = looked.is_err();
             looked?;
         }
+        self.follow_reference(moved)?;
         self.redisplay = false;
         let report = self.session.step(observer)?;
         observer.frame(&mut self.session, &report)?;
@@ -265,7 +279,7 @@ impl Viewer {
         let Fresh { scene, bvh, warnings, .. } = match loaded {
             Ok(fresh) => fresh,
             Err(fault @ (Error::Input(_) | Error::Io { .. } | Error::Usage(_))) => {
-                self.fault = Some(first_lines(fault.to_string().lines()));
+                self.faults.insert(SCENE, first_lines(fault.to_string().lines()));
                 return Ok(());
             }
             Err(other) => return Err(other),
@@ -277,7 +291,8 @@ impl Viewer {
         self.user =
             self.user.map(|user| Camera { position: user.position + shift, look_at: user.look_at + shift, ..user });
         self.lights = self.lights.carried_to(&scene.lights, shift);
-        (self.fault, self.changed) = (None, true);
+        self.faults.remove(SCENE);
+        self.changed = true;
         let said = std::iter::once("the scene was loaded again").chain(warnings.iter().map(String::as_str));
         self.say(first_lines(said));
         Ok(())
@@ -312,6 +327,7 @@ impl Viewer {
                 self.changed = true;
             }
             Command::View(..) | Command::NextView => self.change_view(command),
+            Command::Reference(shown) => (self.shows_reference, self.redisplay) = (*shown, true),
             Command::Update(mode) => {
                 self.session.set_update_mode(*mode)?;
                 self.redisplay = true;
@@ -346,79 +362,6 @@ impl Viewer {
         self.recording.stop(self.time, &self.flight.camera, self.session.scene().origin)
     }
 
-    fn move_camera(&mut self, command: &Command) {
-        let flight = &mut self.flight;
-        match command {
-            Command::Fly(velocity) => flight.velocity = *velocity,
-            Command::Speed(factor) => return self.change_speed(*factor),
-            Command::Look(angles) => flight.look(*angles),
-            Command::Pivot(place) => return self.choose_pivot(*place),
-            Command::Orbit(angles) => flight.orbit(*angles),
-            Command::Pan(shift) => flight.pan(*shift),
-            Command::Dolly(factor) => flight.dolly(*factor),
-            Command::Centre(place) => {
-                if let Some(point) = self.point_at(*place) {
-                    self.flight.look_at(point);
-                }
-            }
-            Command::FrameAll => self.frame_all(),
-            Command::Go(name) => return self.go(name),
-            Command::Place { position, look_at } => {
-                let origin = self.session.scene().origin;
-                let [position, look_at] = [position, look_at].map(|point| (*point - origin).as_vec3());
-                flight.camera = Camera { position, look_at, ..flight.camera };
-            }
-            _ => return,
-        }
-        self.flown = true;
-        self.changed = true;
-    }
-
-    fn change_speed(&mut self, factor: f32) {
-        self.flight.speed *= factor;
-        let text = format!("speed {:.3} units a second", self.flight.speed);
-        self.message = Some((text, self.time + SPEED));
-    }
-
-    fn point_at(&self, place: Vec2) -> Option<Vec3> {
-        let renderer = self.session.renderer();
-        let view = self.session.view()?;
-        pick::point_at(self.session.scene(), view, renderer.face_ids(), place)
-    }
-
-    /// What is seen at a place; where nothing is, a point there as far as the one looked at.
-    fn choose_pivot(&mut self, place: Vec2) {
-        let reach = self.flight.reach();
-        let ahead = || self.session.view().map(|view| pick::point_towards(view, place, reach));
-        self.flight.pivot = self.point_at(place).or_else(ahead);
-    }
-
-    fn frame_all(&mut self) {
-        let size = self.session.size();
-        if let Some(bounds) = self.session.scene().bounds() {
-            self.flight.frame(bounds, size.width as f32 / size.height as f32);
-        }
-    }
-
-    /// Takes a camera by name or number from 1, or 0 for the one that was flown last.
-    fn go(&mut self, name: &str) {
-        let cameras = &self.session.scene().cameras;
-        let by_name = cameras.iter().position(|camera| camera.name == name);
-        let number = by_name.map(|index| index + 1).or_else(|| name.parse().ok());
-        let taken = match number {
-            Some(0) => self.user,
-            Some(number) => cameras.get(number - 1).map(|camera| camera.camera),
-            None => None,
-        };
-        let Some(taken) = taken else { return };
-        if self.flown {
-            self.user = Some(self.flight.camera);
-        }
-        self.flight.camera = taken;
-        self.flown = number == Some(0);
-        self.changed = true;
-    }
-
     fn display(&mut self, command: &Command) {
         let mut display = self.session.display();
         match command {
@@ -443,7 +386,6 @@ impl Viewer {
             _ => self.view = self.view.next(scene),
         }
         self.say(format!("view {}", self.view.label(self.session.scene())));
-        self.session.set_debug_view(self.view.debug_view());
         self.redisplay = true;
     }
 

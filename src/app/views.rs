@@ -52,6 +52,12 @@ pub const VIEWS: &[View] = &[
         of_light: true,
         view: DebugView::LightMesh,
     },
+    View {
+        name: "beside",
+        help: "The picture to the left, the path-traced reference to the right",
+        of_light: false,
+        view: |_| DebugView::Beside,
+    },
 ];
 
 impl PartialEq for View {

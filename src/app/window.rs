@@ -5,7 +5,7 @@ use super::reload::Reloader;
 use super::screen::Screen;
 use super::stage::{Message, Reply, Stage};
 use super::viewer::Viewer;
-use super::{Plan, libraries};
+use super::{Plan, libraries, lost_display};
 use crate::error::{Error, Result};
 use crate::geom::bvh::Bvh;
 use crate::scene::Scene;
@@ -13,7 +13,7 @@ use crate::scene::camera::ImageSize;
 use crate::session::{Gpu, Hierarchy, Options};
 use crate::vk::{Device, DeviceOptions, Presenter, Vsync, WindowHandles};
 use crate::{system, trace};
-use crossbeam_channel::{Receiver, Sender, unbounded};
+use crossbeam_channel::{Receiver, Sender, bounded, unbounded};
 use egui::{Context, ViewportId};
 use glam::Vec2;
 use std::path::PathBuf;
@@ -35,6 +35,12 @@ const NOTCH: f64 = 50.0;
 /// The smallest window, pixels.
 const LEAST: PhysicalSize<u32> = PhysicalSize::new(64, 64);
 
+/// What is said where there is no display any more.
+const GONE: &str = "the display is gone";
+
+/// How long a display that is gone leaves to what draws.
+const PATIENCE: Duration = Duration::from_secs(5);
+
 /// What a window shows.
 pub struct Show {
     /// The scene.
@@ -49,6 +55,8 @@ pub struct Show {
     pub plan: Plan,
     /// Title of the window.
     pub title: String,
+    /// Ends the process where nothing else can be done.
+    pub give_up: fn(&Error) -> !,
 }
 
 /// Checks that a window can be opened, before anything else is done.
@@ -70,8 +78,17 @@ pub fn run(show: Show) -> Result<Vec<PathBuf>> {
     let events = EventLoop::<Reply>::with_user_event().build();
     let events = events.map_err(|e| Error::NoWindow(format!("the display cannot be opened: {}", reason(&e))))?;
     let (outbox, inbox) = unbounded();
+    let (drawing_goes_on, until_drawn) = bounded(0);
+    let (close, give_up) = (outbox.clone(), show.give_up);
+    lost_display::when_lost(move || {
+        // What is recorded is written, and the device freed, before the end.
+        let _ = close.send(Message::Closed);
+        let _ = until_drawn.recv_timeout(PATIENCE);
+        give_up(&Error::NoWindow(GONE.to_owned()))
+    });
     let mut app = App {
         show: Some((show, inbox)),
+        drawing_goes_on: Some(drawing_goes_on),
         outbox,
         proxy: events.create_proxy(),
         window: None,
@@ -79,7 +96,10 @@ pub fn run(show: Show) -> Result<Vec<PathBuf>> {
         drawing: None,
         ended: Ok(()),
     };
-    let ran = events.run_app(&mut app).map_err(|e| Error::NoWindow(format!("the display is gone: {e}")));
+    let ran = events.run_app(&mut app).map_err(|e| match e {
+        EventLoopError::ExitFailure(_) => Error::NoWindow(GONE.to_owned()),
+        other => Error::NoWindow(format!("{GONE}: {}", reason(&other))),
+    });
     app.finish().and_then(|recorded| ran.map(|()| recorded))
 }
 
@@ -92,6 +112,8 @@ fn reason(fault: &EventLoopError) -> String {
 struct App {
     /// Until the window is there.
     show: Option<(Show, Receiver<Message>)>,
+    /// Gone once nothing is drawn any more.
+    drawing_goes_on: Option<Sender<()>>,
     outbox: Sender<Message>,
     proxy: EventLoopProxy<Reply>,
     window: Option<Arc<Window>>,
@@ -114,7 +136,7 @@ impl App {
         let window = Arc::new(window.map_err(|e| Error::NoWindow(format!("no window can be opened: {e}")))?);
         let (context, scale) = (Context::default(), window.scale_factor() as f32);
         let panels = egui_winit::State::new(context.clone(), ViewportId::ROOT, &*window, Some(scale), None, None);
-        let (shared, proxy) = (Arc::clone(&window), self.proxy.clone());
+        let (shared, proxy, goes_on) = (Arc::clone(&window), self.proxy.clone(), self.drawing_goes_on.take());
         let drawing = std::thread::Builder::new().name("penombre-draw".to_owned()).spawn(move || {
             let tell = {
                 let proxy = proxy.clone();
@@ -122,6 +144,7 @@ impl App {
                 move |reply| drop(proxy.send_event(reply))
             };
             let drawn = draw(show, shared, context, (inbox, tell));
+            drop(goes_on);
             drop(proxy.send_event(Reply::Ended));
             drawn
         });

@@ -70,12 +70,19 @@ fn view(args: &ViewArgs, script: Script, start: Instant) -> Result<Outcome> {
         headless::play(session, plan, &Film { rate: args.fps, file })?
     } else {
         let title = format!("{} - penombre", plan.name.display());
-        window::run(Show { scene, hierarchy, options, vsync: args.vsync, plan, title })?
+        window::run(Show { scene, hierarchy, options, vsync: args.vsync, plan, title, give_up })?
     };
     if !args.cpu.verbosity.quiet {
         written.iter().for_each(|file| output::report(&format!("recorded {}", file.display())));
     }
     Ok(if interrupt::requested() { Outcome::Interrupted } else { Outcome::Done })
+}
+
+/// Ends the process from within a library that would end it otherwise.
+fn give_up(error: &Error) -> ! {
+    output::error(error);
+    atomic::remove_temporaries();
+    std::process::exit(error.exit_status().into())
 }
 
 /// Checks before any work that frames, log and trace can be written.

@@ -10,6 +10,7 @@ use crate::vk::commands::Load;
 use crate::vk::pipeline::{ColourWrites, PipelineDesc};
 use crate::vk::report::DISPLAY_FORMAT;
 use crate::vk::{Bindings, Buffer, Device, Image, Pass, Pipeline, shaders};
+use glam::Vec4;
 use std::sync::Arc;
 
 /// What is shown in place of the picture; the numbers are those of `glsl/debug_view.frag`.
@@ -37,6 +38,10 @@ pub enum DebugImage {
     Mesh = 9,
     /// The picture with lines where the numbers of drawn triangles change.
     LightMesh = 10,
+    /// The reference, displayed as the picture is.
+    Reference = 11,
+    /// The left half of the picture and the right half of the reference.
+    Beside = 12,
 }
 
 /// The debug view, if there is one.
@@ -52,6 +57,8 @@ struct Made {
     bindings: Bindings,
     /// A number for each drawn triangle.
     values: DeviceArray<u32>,
+    /// Radiance and coverage of each pixel.
+    reference: DeviceArray<Vec4>,
     /// The images that are bound, by one that goes with them.
     bound: Option<Arc<Image>>,
     /// What it shows, and with which operator.
@@ -60,14 +67,17 @@ struct Made {
 
 impl Made {
     fn new(device: &Device, uniform: &Buffer) -> Result<Self> {
-        let mut bindings = Bindings::new(device, "debug view", 7, 1)?;
+        let mut bindings = Bindings::new(device, "debug view", 7, 2)?;
         bindings.bind_uniform(uniform);
-        Ok(Self { bindings, values: DeviceArray::new(device, "debug values")?, bound: None, pipeline: None })
+        let (values, reference) = (DeviceArray::new(device, "debug values")?, DeviceArray::new(device, "reference")?);
+        Ok(Self { bindings, values, reference, bound: None, pipeline: None })
     }
 
     fn prepare(&mut self, device: &Device, targets: &Targets, image: DebugImage, operator: ToneMapping) -> Result<()> {
         self.values.flush(device)?;
-        self.bindings.bind_texel_buffers(&[(self.values.buffer(), Texel::Word)]);
+        self.reference.flush(device)?;
+        let buffers = [(self.values.buffer(), Texel::Word), (self.reference.buffer(), Texel::Quad)];
+        self.bindings.bind_texel_buffers(&buffers);
         if self.bound.as_ref().is_none_or(|bound| !Arc::ptr_eq(bound, &targets.display)) {
             let [ids, kd, ks, emission, diffuse, specular] = targets.sampled();
             self.bindings.bind_images(&[ids, kd, ks, emission, diffuse, specular, &targets.drawn_ids]);
@@ -104,6 +114,11 @@ impl Debug {
     /// The numbers of drawn triangles.
     pub(super) fn values(&mut self, device: &Device, uniform: &Buffer) -> Result<&mut DeviceArray<u32>> {
         Ok(&mut self.made(device, uniform)?.values)
+    }
+
+    /// Radiance and coverage of each pixel of the reference.
+    pub(super) fn reference(&mut self, device: &Device, uniform: &Buffer) -> Result<&mut DeviceArray<Vec4>> {
+        Ok(&mut self.made(device, uniform)?.reference)
     }
 
     fn made(&mut self, device: &Device, uniform: &Buffer) -> Result<&mut Made> {

@@ -124,6 +124,12 @@ impl Accumulator {
         Pass { rays: runs.iter().map(|(_, rays)| rays).sum(), finished: true }
     }
 
+    /// The pixels that are sampled, by their indices, each with its mean radiance so far, W·sr⁻¹·m⁻², and coverage.
+    pub fn means(&self) -> impl Iterator<Item = (u32, Vec4)> {
+        let pixels = self.indices.iter().zip(&self.pixels);
+        pixels.map(|(&index, pixel)| (index, pixel.mean_and_variance(self.samples).0))
+    }
+
     /// The image so far.
     #[must_use]
     pub fn image(&self) -> ReferenceImage {

@@ -126,7 +126,7 @@ fn light_of(
     }
     let arrival = source.sample_for(context.scene, (surface.origin, surface.normal), point)?;
     let response = surface.response(arrival.direction);
-    let value = surface.reflect(response) * arrival.facing;
+    let value = surface.reflect(response) * arrival.facing * context.lights.factor(light);
     let weighed = arrival.measure > 0.0 && both && settings.strategy == Strategy::Both;
     let share = if weighed { share(expected / arrival.measure, surface.density(response)) } else { 1.0 };
     (luminance(value) > 0.0).then(|| (surface.ray_to(&arrival), value * share))

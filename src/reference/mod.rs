@@ -7,9 +7,11 @@
 mod accumulator;
 mod direct;
 mod path;
+mod progressive;
 mod random;
 mod settings;
 mod surface;
 
 pub use accumulator::{Accumulator, Pass, ReferenceImage, random_pixels};
+pub use progressive::Progressive;
 pub use settings::{Filter, Settings, Strategy, Transport};

@@ -137,9 +137,11 @@ impl<'a> Tracer<'a> {
         let mut surface = Surface::new(scene, &primary(view, point), hit);
         surface.paint(scene.kd_over(hit.triangle, hit.u, hit.v, &footprint));
         self.paths.push(Path { sample, seed, hit: *hit, surface, throughput: Vec3::ONE, bounds: 0.0, bounce: None });
-        let radiance = scene.emitted_over(hit.face(), hit.u, hit.v, &footprint);
+        let emits = scene.face_emits(hit.face());
+        let emitted = || scene.emitted_over(hit.face(), hit.u, hit.v, &footprint) * self.factor(hit);
+        let radiance = if emits { emitted() } else { Vec3::ZERO };
         let tied = self.settings.filter == Filter::Point && index == 0 && self.is_tied(view, point, hit);
-        Sample { radiance, hit: true, emits: scene.face_emits(hit.face()), tied }
+        Sample { radiance, hit: true, emits, tied }
     }
 
     /// Whether a point of the image lies on an edge as exactly as a rasteriser can tell.
@@ -225,7 +227,13 @@ impl<'a> Tracer<'a> {
             return Vec3::ZERO;
         }
         let share = self.direct.share_of_hit(&from.surface, from.bounds, hit.triangle, offset, bounce.density);
-        scene.emitted_at(hit.face(), hit.u, hit.v) * share
+        scene.emitted_at(hit.face(), hit.u, hit.v) * self.factor(hit) * share
+    }
+
+    /// What the light that a hit is part of counts times now.
+    fn factor(&self, hit: &Hit) -> Vec3 {
+        let lights = self.context.lights;
+        lights.of_triangle(hit.triangle).map_or(Vec3::ONE, |light| lights.factor(light))
     }
 
     fn closest(&mut self, ray: &Ray) -> Option<Hit> {

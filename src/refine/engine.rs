@@ -175,6 +175,11 @@ impl Engine {
         self.bvh = of_scene(&self.scene);
     }
 
+    /// The hierarchy of its scene.
+    pub const fn hierarchy(&self) -> &Arc<Bvh> {
+        &self.bvh
+    }
+
     /// Does one batch and returns what changed.
     pub fn step(&mut self, budget: Budget) -> Update {
         let _batch = trace::span("batch");

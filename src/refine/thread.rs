@@ -6,11 +6,11 @@ use super::nice::lower_priority;
 use super::probe::PixelQuestion;
 use super::update::{Question, Shown, Update};
 use super::workers::Workers;
+use crate::geom::bvh::Bvh;
 use crate::scene::light::LightState;
 use crossbeam_channel::{Receiver, Sender, TryRecvError, bounded, unbounded};
 use std::collections::VecDeque;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -33,6 +33,8 @@ enum Command {
     Show(Shown),
     /// Something about each drawn triangle.
     Ask(Question),
+    /// Whether to do nothing but answer.
+    Rest(bool),
 }
 
 /// Whether batches follow the clock or the frame loop.
@@ -62,8 +64,8 @@ pub struct EngineThread {
     commands: Option<Sender<Command>>,
     updates: Option<Receiver<Update>>,
     thread: Option<JoinHandle<()>>,
-    /// Whether the engine is made.
-    made: Arc<AtomicBool>,
+    /// The engine's hierarchy, once that is made.
+    made: Arc<OnceLock<Arc<Bvh>>>,
 }
 
 impl EngineThread {
@@ -80,7 +82,7 @@ impl EngineThread {
     ) -> std::io::Result<Self> {
         let (commands, inbox) = unbounded();
         let (outbox, updates) = bounded(WAITING);
-        let made = Arc::new(AtomicBool::new(false));
+        let made = Arc::new(OnceLock::new());
         let is_made = Arc::clone(&made);
         let (tell, told) = bounded(1);
         let thread = std::thread::Builder::new().name("penombre-engine".to_owned()).spawn(move || {
@@ -98,7 +100,8 @@ impl EngineThread {
                 engine.create_faces(visible);
             }
             complete(&mut engine);
-            is_made.store(true, Ordering::Release);
+            // It is set once.
+            let _ = is_made.set(Arc::clone(engine.hierarchy()));
             run(&mut engine, pace, first, (&inbox, &outbox));
         })?;
         if let Ok(Some(fault)) = told.recv() {
@@ -150,6 +153,17 @@ impl EngineThread {
         self.send(Command::Ask(question));
     }
 
+    /// Has the engine do nothing but answer, until it is told otherwise. At pace [`Pace::Stepped`] it never does more.
+    pub fn rest(&self, rests: bool) {
+        self.send(Command::Rest(rests));
+    }
+
+    /// The hierarchy of the scene, once it is made.
+    #[must_use]
+    pub fn hierarchy(&self) -> Option<&Arc<Bvh>> {
+        self.made.get()
+    }
+
     fn send(&self, command: Command) {
         if let Some(commands) = &self.commands {
             // Fails only if the thread is gone, which the next `drain` or `wait` reports.
@@ -189,7 +203,7 @@ impl Drop for EngineThread {
         // Both ends: the engine may be waiting to hand an update over.
         self.commands = None;
         self.updates = None;
-        if let Some(thread) = self.thread.take().filter(|_| self.made.load(Ordering::Acquire)) {
+        if let Some(thread) = self.thread.take().filter(|_| self.made.get().is_some()) {
             // A panic of the engine has been reported by the panic hook.
             let _ = thread.join();
         }
@@ -246,6 +260,8 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
     // Whether a batch comes before the next command. One between any two, or views and counts that come fast would leave no time for work.
     let mut works_first = false;
     let mut idle = true;
+    // Whether it only answers.
+    let mut rests = pace == Pace::Stepped;
     loop {
         let command = if std::mem::take(&mut works_first) && !idle { Ok(None) } else { queue.next(idle) };
         let Ok(command) = command else { return };
@@ -256,8 +272,13 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
             }
             Some(Command::Counted(counted)) => {
                 engine.counted(&counted);
-                idle = pace == Pace::Stepped || engine.is_idle();
+                idle = rests || engine.is_idle();
                 works_first = !counted.pixels.is_empty();
+                continue;
+            }
+            Some(Command::Rest(asked)) => {
+                rests = asked || pace == Pace::Stepped;
+                idle = rests || engine.is_idle();
                 continue;
             }
             Some(Command::Settle) => engine.settle(),
@@ -273,7 +294,7 @@ fn run(engine: &mut Engine, pace: Pace, first: Command, (inbox, outbox): (&Recei
             Some(Command::Step(rays)) => engine.step(Budget::Rays(rays)),
             None => engine.step(budget),
         };
-        idle = pace == Pace::Stepped || engine.is_idle();
+        idle = rests || engine.is_idle();
         if outbox.send(update).is_err() {
             return;
         }
@@ -301,7 +322,12 @@ mod tests {
             Command::View(_, visible) => visible.generation.into(),
             Command::Step(rays) => rays,
             Command::Counted(counted) => counted.sequence,
-            Command::Settle | Command::Whole | Command::Explain(..) | Command::Show(_) | Command::Ask(_) => 0,
+            Command::Settle
+            | Command::Whole
+            | Command::Explain(..)
+            | Command::Show(_)
+            | Command::Ask(_)
+            | Command::Rest(_) => 0,
         };
         std::iter::from_fn(|| queue.next(true).ok().flatten().map(number)).collect()
     }

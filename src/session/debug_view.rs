@@ -36,6 +36,10 @@ pub enum DebugView {
     Mesh,
     /// The mesh at whose vertices one light was sampled.
     LightMesh(u32),
+    /// What [`super::Session::set_reference`] was given.
+    Reference,
+    /// The left half of the picture, and the right half of that.
+    Beside,
 }
 
 impl DebugView {
@@ -53,6 +57,8 @@ impl DebugView {
             Self::Knowledge => DebugImage::Knowledge,
             Self::Mesh => DebugImage::Mesh,
             Self::LightMesh(_) => DebugImage::LightMesh,
+            Self::Reference => DebugImage::Reference,
+            Self::Beside => DebugImage::Beside,
         })
     }
 

@@ -2,10 +2,13 @@
 
 use super::{Options, Session};
 use crate::error::Result;
+use crate::geom::bvh::Bvh;
 use crate::pass::UpdateMode;
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::light::LightState;
 use crate::scene::{Display, Scene};
+use glam::Vec4;
+use std::sync::Arc;
 
 impl Session {
     /// Makes the pictures of a size; light that was found stays. [Look](Self::look) again next.
@@ -62,8 +65,31 @@ impl Session {
 
     /// The scene.
     #[must_use]
-    pub fn scene(&self) -> &Scene {
+    pub const fn scene(&self) -> &Arc<Scene> {
         &self.scene
+    }
+
+    /// Its hierarchy, once that is made.
+    #[must_use]
+    pub fn hierarchy(&self) -> Option<&Arc<Bvh>> {
+        self.engine.hierarchy()
+    }
+
+    /// Has the engine do nothing but answer, for others to have the cores, or work on.
+    pub fn rest(&mut self, rests: bool) {
+        if std::mem::replace(&mut self.rests, rests) != rests {
+            self.engine.rest(rests);
+        }
+    }
+
+    /// Takes what [`super::DebugView::Reference`] and [`super::DebugView::Beside`] show: radiance, W·sr⁻¹·m⁻², and coverage of each pixel,
+    /// row by row.
+    ///
+    /// # Errors
+    /// [`crate::error::Error::Exhausted`] when memory runs out.
+    pub fn set_reference(&mut self, radiance: &[Vec4]) -> Result<()> {
+        self.redisplay = true;
+        self.renderer.set_reference(radiance)
     }
 
     /// What is looked at.

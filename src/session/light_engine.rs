@@ -1,6 +1,7 @@
 //! The light engine as a session drives it: on a thread of its own, or owned and run between frames.
 
 use crate::error::{Error, Result};
+use crate::geom::bvh::Bvh;
 use crate::refine::engine::{Budget, Counted, Engine, Visible};
 use crate::refine::explanation::Explanation;
 use crate::refine::probe::PixelQuestion;
@@ -8,6 +9,7 @@ use crate::refine::thread::EngineThread;
 use crate::refine::update::{Question, Shown, Update};
 use crate::scene::light::LightState;
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// How much work the engine does between two frames.
@@ -209,6 +211,22 @@ impl LightEngine {
         match self {
             Self::Thread(thread) => thread.drain().ok_or_else(stopped),
             Self::Owned(owned) => Ok(owned.updates.drain(..).collect()),
+        }
+    }
+
+    /// Has an engine on a thread do nothing but answer, until it is told otherwise; an owned one never does more.
+    pub fn rest(&self, rests: bool) {
+        if let Self::Thread(thread) = self {
+            thread.rest(rests);
+        }
+    }
+
+    /// The hierarchy of the scene, once it is made.
+    #[must_use]
+    pub fn hierarchy(&self) -> Option<&Arc<Bvh>> {
+        match self {
+            Self::Thread(thread) => thread.hierarchy(),
+            Self::Owned(owned) => Some(owned.engine.hierarchy()),
         }
     }
 

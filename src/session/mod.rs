@@ -107,6 +107,8 @@ pub struct Session {
     undrawn: Option<Turn>,
     /// When a device was last lost.
     lost: Option<Instant>,
+    /// Whether the engine only answers.
+    rests: bool,
 }
 
 /// What a turn of the loop took in.
@@ -157,6 +159,7 @@ impl Session {
             debug: debug_view::Debug::default(),
             undrawn: None,
             lost: None,
+            rests: false,
         }
     }
 
@@ -363,13 +366,14 @@ impl Session {
         generation == self.wanted || self.draws_at_once() && !self.specular_age.is_over(generation)
     }
 
-    /// Lockstep: a fixed amount of work.
+    /// Lockstep: a fixed amount of work, none of an engine that rests.
     fn fixed_work(&mut self, batches: &Batches) -> Result<Vec<Update>> {
         let batch = |_| {
             self.engine.step(batches.rays);
             self.engine.wait()
         };
-        (0..batches.until_next_frame(self.stats.rays)).map(batch).collect()
+        let count = if self.rests { 0 } else { batches.until_next_frame(self.stats.rays) };
+        (0..count).map(batch).collect()
     }
 
     /// What has arrived; waits for something, at most until the next picture is due.

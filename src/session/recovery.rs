@@ -46,6 +46,8 @@ impl Session {
         renderer.load(&self.scene)?;
         renderer.resize(self.options.size)?;
         self.renderer = renderer;
+        // The numbers of drawn triangles are gone.
+        (self.debug.answered, self.debug.asked) = (None, None);
         let Some(shot) = &self.shot else { return Ok(()) };
         self.renderer.relight(&shot.lights)?;
         visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;

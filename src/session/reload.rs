@@ -32,7 +32,7 @@ impl Session {
         self.counting = Counting::new(&self.options, self.renderer.device());
         self.levels = Levels::default();
         self.stats = EngineStats::default();
-        (self.shot, self.generation) = (None, None);
+        (self.shot, self.generation, self.rests) = (None, None, false);
         Ok(())
     }
 }

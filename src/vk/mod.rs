@@ -17,6 +17,8 @@ mod calibration;
 pub mod commands;
 pub mod descriptor;
 pub mod device;
+#[cfg(feature = "shader-reload")]
+pub mod edited_shaders;
 pub mod image;
 pub mod instance;
 pub mod memory;
@@ -25,8 +27,11 @@ pub mod pipeline;
 pub mod presenter;
 pub mod query;
 pub mod report;
+#[cfg(feature = "shader-reload")]
+pub mod shader_compiler;
 pub mod shaders;
-#[cfg(test)]
+#[cfg(any(test, feature = "shader-reload"))]
+#[allow(dead_code, reason = "names of constants are for build.rs alone")]
 mod spirv_layout;
 pub mod surface;
 pub mod swapchain;

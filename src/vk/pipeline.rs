@@ -125,8 +125,12 @@ struct Module {
 
 impl Module {
     fn new(core: &Arc<DeviceCore>, code: &[u32]) -> Result<Self> {
+        #[cfg(feature = "shader-reload")]
+        let edited = super::edited_shaders::in_place_of(code);
+        #[cfg(feature = "shader-reload")]
+        let code = edited.as_deref().unwrap_or(code);
         let info = vk::ShaderModuleCreateInfo::default().code(code);
-        // SAFETY: `code` is SPIR-V that glslang made and checked at build time.
+        // SAFETY: `code` is SPIR-V that glslang made and checked.
         let raw =
             unsafe { core.raw.create_shader_module(&info, None) }.map_err(|e| error(e, "creating a shader module"))?;
         Ok(Self { raw, core: Arc::clone(core) })

@@ -120,7 +120,13 @@ fn describe(
     vsync: Vsync,
 ) -> Result<Option<vk::SwapchainCreateInfoKHR<'static>>, Fault> {
     let (loader, physical) = (&surface.loader, core.physical);
-    // SAFETY: plain queries of a physical device of the surface's instance.
+    // SAFETY: plain queries of a physical device of the surface's instance. A window that is gone is no more supported, and must not
+    // be asked for more.
+    let shows = unsafe { loader.get_physical_device_surface_support(physical, core.queue_family, surface.raw) };
+    if !shows.map_err(|e| Fault::new(e, "asking whether the window is there"))? {
+        return Err(Fault::SurfaceLost);
+    }
+    // SAFETY: as above.
     let (capabilities, formats, modes) = unsafe {
         (
             loader.get_physical_device_surface_capabilities(physical, surface.raw),

@@ -38,6 +38,25 @@ fn a_light_that_is_switched_off_is_dark_in_the_next_frame() {
 }
 
 #[test]
+fn a_panel_is_there_in_the_frame_in_which_it_is_opened() {
+    if !has_device() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("walk.script"), "0.25 help.toggle\n0.5 help.toggle\n").unwrap();
+    let line = HEADLESS.replace("64x64", "160x120");
+    let output = run(folder.path(), &format!("{line} --fps 8 -o frame_#.png"));
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(0), ""));
+    // The help covers half of the picture.
+    let dark = |n: u32| {
+        let (_, pixels) = png::read(&folder.path().join(format!("frame_{n}.png"))).unwrap();
+        pixels.iter().filter(|pixel| pixel[..] == [0; 3]).count()
+    };
+    let dark: Vec<usize> = (2..=5).map(dark).collect();
+    assert!(dark[1] > dark[0] + 5000 && dark[2] == dark[1] && dark[3] == dark[0], "{dark:?}");
+}
+
+#[test]
 fn the_same_script_gives_the_same_frames() {
     if !has_device() {
         return;

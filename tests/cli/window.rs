@@ -7,6 +7,7 @@ use std::fs;
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 /// A virtual X server, which ends with this.
 struct Server {
@@ -77,6 +78,28 @@ fn a_display_that_is_not_there_is_no_panic() {
         assert_eq!(output.status.code(), Some(3), "{}", stderr(&output));
         assert!(stderr(&output).starts_with("error: the display cannot be opened: Failed"), "{}", stderr(&output));
     }
+}
+
+#[test]
+fn a_display_that_goes_away_ends_the_program_in_order() {
+    if !has_device() {
+        return;
+    }
+    let Some(mut server) = Server::start() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let script = "0 session.record again.script\n0.1 window.screenshot there.png\n";
+    fs::write(folder.path().join("walk.script"), script).unwrap();
+    let mut command = penombre(folder.path(), "view {cornell} --size 320x240 --script walk.script");
+    command.env("DISPLAY", &server.display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    let program = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let start = Instant::now();
+    while !folder.path().join("there.png").exists() && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    server.process.kill().unwrap();
+    let output = program.wait_with_output().unwrap();
+    assert_eq!((output.status.code(), stderr(&output).as_str()), (Some(3), "error: the display is gone\n"));
+    assert!(folder.path().join("again.script").exists(), "what was recorded is written");
 }
 
 #[test]

@@ -4,4 +4,5 @@
 mod support;
 
 mod hemisphere;
+mod progressive;
 mod reference;

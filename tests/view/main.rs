@@ -8,6 +8,7 @@ mod debug_views;
 mod modes;
 mod moved_lights;
 mod panels;
+mod reference;
 
 use crate::support::device::{self, add_quad, empty_scene, finish};
 use glam::Vec3;

@@ -25,6 +25,9 @@ pub(super) fn lay_out(ui: &mut Ui, viewer: &Viewer, rate: Rate) {
         row("memory", memory(viewer, rate.resident));
         let error = estimated_error.map_or_else(|| "-".to_owned(), |error| format!("{:.2} %", error * 100.0));
         row("error", format!("{error}{}", if converged { "  done" } else { "" }));
+        if let Some(samples) = viewer.reference_samples() {
+            row("reference", format!("{samples} {} a pixel", if samples == 1 { "sample" } else { "samples" }));
+        }
         if viewer.is_recording() {
             row("recording", format!("{:.1} s", viewer.time()));
         }
