@@ -77,7 +77,7 @@ impl Session {
     /// # Errors
     /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn look_through(&mut self, camera: &Camera, factors: &[Vec3]) -> Result<()> {
-        let view = self.scene.view(camera, self.options.size);
+        let view = self.clearance.view(&self.scene, camera, self.options.size);
         let factors = factors.to_vec();
         self.aim(super::Shot { view, camera: Some(*camera), factors, of_path: None, glossy: false })
     }

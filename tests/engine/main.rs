@@ -16,4 +16,5 @@ mod penumbrae;
 mod pixel_vertices;
 mod refinement;
 mod relighting;
+mod specular;
 mod whole;
