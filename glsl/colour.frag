@@ -10,6 +10,11 @@
 #include "half.glsl"
 #extension GL_EXT_buffer_reference_uvec2 : require
 
+// What some of the scene needs (src/pass/needs.rs).
+layout(constant_id = 4) const bool VERTEX_COLOURS = true;
+layout(constant_id = 5) const bool TEXTURES = true;
+layout(constant_id = 6) const bool EMISSION_TEXTURES = true;
+
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Colours { vec3 at[]; };
 
 layout(location = 0) out vec4 out_kd; // a: coverage
@@ -39,8 +44,8 @@ void main() {
     Material m = material_at(triangle_material(triangle));
     bool emits = m.ke != vec3(0.0) && (!back || frame.emits_back != 0u);
     vec2 uv[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0)); // at the pixel, its right and its lower neighbour
-    bool painted = frame.colours != uvec2(0u);
-    if (painted || m.map_kd != NONE || (emits && m.map_ke != NONE)) {
+    bool painted = VERTEX_COLOURS && frame.colours != uvec2(0u);
+    if ((VERTEX_COLOURS || TEXTURES) && (painted || m.map_kd != NONE || (emits && m.map_ke != NONE))) {
         uvec3 corners = triangle_corners(triangle);
         vec3 a = position_at(corners.x);
         vec3 edge1 = position_at(corners.y) - a;
@@ -60,23 +65,25 @@ void main() {
     }
     m.ke = emits ? m.ke * frame.emission_scale : vec3(0.0);
     // One look-up's code in a loop, for k_d, then for L_e: a second turn only where a pixel needs it (see texture_filtered).
-    uint next = emits ? m.map_ke : NONE;
-    uint map = m.map_kd;
+    uint next = EMISSION_TEXTURES && emits ? m.map_ke : NONE;
+    uint map = TEXTURES ? m.map_kd : NONE;
     bool of_kd = map != NONE;
     if (!of_kd) {
         map = next;
         next = NONE;
     }
-    bool again = map != NONE;
-    do {
-        vec3 factor = again ? texture_filtered(map, uv[0], uv[1] - uv[0], uv[2] - uv[0]) : vec3(1.0);
-        m.kd *= of_kd ? factor : vec3(1.0);
-        m.ke *= of_kd ? vec3(1.0) : factor;
-        of_kd = false;
-        map = next;
-        next = NONE;
-        again = map != NONE;
-    } while (again);
+    if (TEXTURES) {
+        bool again = map != NONE;
+        do {
+            vec3 factor = again ? texture_filtered(map, uv[0], uv[1] - uv[0], uv[2] - uv[0]) : vec3(1.0);
+            m.kd *= of_kd ? factor : vec3(1.0);
+            m.ke *= of_kd ? vec3(1.0) : factor;
+            of_kd = false;
+            map = next;
+            next = NONE;
+            again = map != NONE;
+        } while (again);
+    }
     out_kd = stored(m.kd);
     out_ks = stored(m.ks);
     out_emission = emits ? stored(m.ke) : vec4(0.0);

@@ -1,8 +1,10 @@
 // A vertex of a drawn triangle from the list of this draw.
 // What goes to the fragment fills few vectors: a software rasteriser sets each of them up for every triangle.
 layout(location = 0) out vec4 weighted_diffuse; // a: the weight
-layout(location = 1) out vec3 weighted_specular;
-layout(location = 2) flat out uvec2 drawn; // face, id
+layout(location = 1) flat out uvec2 drawn; // face, id
+#ifndef MATTE // where nothing has highlights
+layout(location = 2) out vec3 weighted_specular;
+#endif
 
 void set_drawn_vertex() {
     uint drawn_id = drawn_id_at(uint(gl_VertexIndex) / 3u);
@@ -12,6 +14,8 @@ void set_drawn_vertex() {
     uint shown = flat_slot == NONE ? slot : flat_slot;
     float weight = slot_weight(shown);
     weighted_diffuse = vec4(weight * slot_diffuse(shown), weight);
+#ifndef MATTE
     weighted_specular = weight * slot_specular(shown);
+#endif
     set_position(slot_position(slot));
 }

@@ -2,8 +2,10 @@
 #include "half.glsl"
 
 layout(location = 0) out vec4 out_diffuse; // a: 1, "drawn"
-layout(location = 1) out vec4 out_specular;
-layout(location = 2) out uint out_drawn;
+layout(location = 1) out uint out_drawn;
+#ifndef MATTE // where nothing has highlights
+layout(location = 2) out vec4 out_specular;
+#endif
 
 // Least weight that a vertex with a value has (refine/publish.rs, COVERED_WEIGHT).
 const float LEAST_WEIGHT = 4e-3;
@@ -13,6 +15,8 @@ void write_luminance(vec3 weighted_diffuse, vec3 weighted_specular, float weight
     // extrapolated: neither the weight below its least value nor a negative luminance is what any vertex says.
     float factor = frame.luminance_scale / max(weight, LEAST_WEIGHT);
     out_diffuse = vec4(nearest_half(clamp(weighted_diffuse * factor, 0.0, HALF_MAX)), 1.0);
+#ifndef MATTE
     out_specular = vec4(nearest_half(clamp(weighted_specular * factor, 0.0, HALF_MAX)), 1.0);
+#endif
     out_drawn = drawn_id + 1u;
 }

@@ -1,6 +1,10 @@
 // Texture filtering by hand: texels lie in one buffer, since descriptor indexing is not everywhere.
 // Level 0 follows scene::texture::Texture to the letter.
 
+// What some texture of the scene needs (src/pass/needs.rs).
+layout(constant_id = 7) const bool BRIGHT_TEXTURES = true;
+layout(constant_id = 8) const bool CLAMPED_TEXTURES = true;
+
 vec3 linear_from_srgb(vec3 c) {
     vec3 curve = pow((c + 0.055) / 1.055, vec3(2.4));
     return mix(curve, c / 12.92, lessThanEqual(c, vec3(0.04045)));
@@ -18,7 +22,7 @@ vec3 linear_from_codes(uint bits) {
 // Linear RGB of a texel inside the level.
 vec3 texel(uint first, int width, ivec2 p, uint flags) {
     uint bits = texel_bits(first + uint(p.y * width + p.x));
-    if ((flags & SHARED_EXPONENT) != 0u) {
+    if (BRIGHT_TEXTURES && (flags & SHARED_EXPONENT) != 0u) {
         uvec3 mantissas = uvec3(bits, bits >> 8, bits >> 16) & 255u;
         return vec3(mantissas) * uintBitsToFloat((max(bits >> 24, 9u) - 9u) << 23);
     }
@@ -27,7 +31,7 @@ vec3 texel(uint first, int width, ivec2 p, uint flags) {
 
 // The four texels around a point of a level: corners in x..y (columns) and z..w (rows), and the fraction.
 ivec4 footprint(ivec2 size, vec2 uv, uint flags, out vec2 fraction) {
-    if ((flags & CLAMPS) != 0u) {
+    if (CLAMPED_TEXTURES && (flags & CLAMPS) != 0u) {
         // Between the middles of the outer texels nothing repeats.
         uv = clamp(uv, 0.5 / vec2(size), 1.0 - 0.5 / vec2(size));
     }

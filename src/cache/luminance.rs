@@ -97,7 +97,7 @@ fn add_up(
     let vertex = &cache.vertices[record.vertex];
     let place = LitSlot::new(context, cache, slot, eye);
     let (mut sum, mut left) = (Sum::default(), Left::default());
-    let around = (!vertex.progress.visited && cache.prior.knows_any()).then(|| cache.prior.cells_of(vertex));
+    let around = place.is_guess.then(|| cache.prior.cells_of(vertex));
     for (light, (emitter, layer)) in context.lights.groups().zip(&cache.layers).enumerate() {
         let factor = context.lights.group_factor(light);
         if factor == Vec3::ZERO {
@@ -260,6 +260,8 @@ struct LitSlot<'a> {
     receiver: Receiver,
     /// Whether its material has highlights.
     shines: bool,
+    /// Whether it was never visited, so that what it sees of lights is a guess by what was found around it.
+    is_guess: bool,
 }
 
 impl<'a> LitSlot<'a> {
@@ -273,7 +275,8 @@ impl<'a> LitSlot<'a> {
             to_eye: (eye - vertex.position).normalize_or(record.normal()),
             shininess: record.shininess().unwrap_or(0.0),
         };
-        Self { context, vertex, receiver, shines: record.shininess().is_some() }
+        let is_guess = !vertex.progress.visited && cache.prior.knows_any();
+        Self { context, vertex, receiver, shines: record.shininess().is_some(), is_guess }
     }
 
     /// Light of a light group.
@@ -293,6 +296,9 @@ impl<'a> LitSlot<'a> {
             let unoccluded = source.rough_irradiance(x, normal);
             return Part { irradiance: unoccluded * fraction, unoccluded, specular: Vec3::ZERO };
         }
+        if let Some(part) = self.guess(source) {
+            return Part { irradiance: part.unoccluded * fraction, specular: part.specular * fraction, ..part };
+        }
         let appearance = source.appearance(x, normal);
         if let Appearance::Direction(arrival) = appearance {
             return arrival.map_or(Part::default(), |arrival| self.of_direction(&arrival, fraction));
@@ -306,6 +312,15 @@ impl<'a> LitSlot<'a> {
             }
         }
         part
+    }
+
+    /// Light of a source as if nothing occluded it where it need not be exact, since how much of it is visible is a guess.
+    fn guess(&self, source: &Source) -> Option<Part> {
+        let Receiver { x, normal, to_eye, shininess } = self.receiver;
+        let Source::Area(area) = source else { return None };
+        let (unoccluded, direction) = if self.is_guess { area.from_afar(x, normal) } else { None }?;
+        let lobe = if self.shines { lobe(shininess, normal, direction, to_eye) } else { 0.0 };
+        Some(Part { irradiance: unoccluded, unoccluded, specular: unoccluded * lobe })
     }
 
     /// Light of a single direction, of which a fraction is visible.
@@ -337,6 +352,9 @@ impl<'a> LitSlot<'a> {
 
     /// Light of one source of a closed form as if nothing occluded it.
     fn unoccluded(&self, source: &Source) -> Part {
+        if let Some(part) = self.guess(source) {
+            return part;
+        }
         let appearance = source.appearance(self.receiver.x, self.receiver.normal);
         let unoccluded = appearance.irradiance(self.context.scene, &self.receiver);
         let floor = luminance(unoccluded) * COLOURLESS;

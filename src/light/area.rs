@@ -197,6 +197,14 @@ impl AreaSource {
         if luminance > 0.0 { self.radiance * (self.strength(x, normal) / luminance) } else { Vec3::ZERO }
     }
 
+    /// Unoccluded irradiance, W·m⁻², right to a few per cent, and the unit direction to the source's middle; `None` where it is too near for
+    /// that.
+    #[must_use]
+    pub fn from_afar(&self, x: Vec3, normal: Vec3) -> Option<(Vec3, Vec3)> {
+        let towards = || (self.centre - x).normalize_or(normal);
+        self.is_roughly_distant(x, normal).then(|| (self.distant_irradiance(x, normal), towards()))
+    }
+
     /// Whether the source is so far from `x` that its polygons count as points. One that the horizon of a surface of
     /// unit `normal` may cut never does: what of a polygon shows above it is not its middle's affair.
     #[must_use]

@@ -3,6 +3,7 @@
 //! Full-screen, not by drawing the geometry again: 2 to 11 times cheaper (docs/lavapipe.md). L_e is looked up here
 //! rather than in combine, since it changes with the camera alone.
 
+use super::needs::Needs;
 use super::options::RendererOptions;
 use super::targets::Targets;
 use crate::error::Result;
@@ -17,14 +18,14 @@ pub(super) struct Colour {
 }
 
 impl Colour {
-    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
+    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions, needs: Needs) -> Result<Self> {
         let desc = PipelineDesc {
             vertex: shaders::FULLSCREEN_VERT,
             fragment: Some(shaders::COLOUR_FRAG),
             colour: &[COLOUR_FORMAT; 3],
             depth_stencil: None,
             colour_writes: ColourWrites::Replace,
-            constants: &options.constants(),
+            constants: &needs.constants(options),
         };
         Ok(Self { pipeline: Pipeline::new(device, "colour", bindings, &desc)? })
     }

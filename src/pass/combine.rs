@@ -1,9 +1,11 @@
 //! Combine: L = L_e + k_d D + k_s S, shown (exposure, tone mapping, sRGB) or kept linear for files.
 
 use super::depth::Depth;
+use super::needs::{Constants, Needs};
+use super::options::RendererOptions;
 use super::targets::Targets;
 use crate::error::Result;
-use crate::scene::{Display, ToneMapping};
+use crate::scene::ToneMapping;
 use crate::vk::commands::Load;
 use crate::vk::pipeline::{ColourWrites, DepthStencil, PipelineDesc};
 use crate::vk::report::{COLOUR_FORMAT, DISPLAY_FORMAT, LINEAR_FORMAT};
@@ -14,6 +16,7 @@ pub(super) struct Combine {
     shown: Shown,
     linear: Pipeline,
     depth: Depth,
+    constants: Constants,
 }
 
 /// Pipelines of one tone-mapping operator: chosen when they are made, since a rasteriser on the CPU runs all branches of a shader.
@@ -25,14 +28,20 @@ struct Shown {
 }
 
 impl Shown {
-    fn new(device: &Device, bindings: &Bindings, depth: Depth, tone_mapping: ToneMapping) -> Result<Self> {
+    fn new(
+        device: &Device,
+        bindings: &Bindings,
+        (depth, mut constants): (Depth, Constants),
+        tone_mapping: ToneMapping,
+    ) -> Result<Self> {
+        constants[1] = tone_mapping as u32;
         let display = PipelineDesc {
             vertex: shaders::FULLSCREEN_VERT,
             fragment: Some(shaders::COMBINE_FRAG),
             colour: &[DISPLAY_FORMAT],
             depth_stencil: Some(depth.format),
             colour_writes: ColourWrites::Replace,
-            constants: &[0, tone_mapping as u32],
+            constants: &constants,
         };
         let uncovered = PipelineDesc { fragment: Some(shaders::COMBINE_UNCOVERED_FRAG), ..display };
         Ok(Self {
@@ -44,26 +53,39 @@ impl Shown {
 }
 
 impl Combine {
-    pub(super) fn new(device: &Device, bindings: &Bindings, depth: Depth) -> Result<Self> {
+    /// One that shows pictures with an operator.
+    pub(super) fn new(
+        device: &Device,
+        bindings: &Bindings,
+        options: &RendererOptions,
+        (needs, tone_mapping): (Needs, ToneMapping),
+    ) -> Result<Self> {
+        let (depth, constants) = (options.depth, needs.constants(options));
         let linear = PipelineDesc {
             vertex: shaders::FULLSCREEN_VERT,
             fragment: Some(shaders::COMBINE_LINEAR_FRAG),
             colour: &[LINEAR_FORMAT, COLOUR_FORMAT, COLOUR_FORMAT],
             depth_stencil: None,
             colour_writes: ColourWrites::Replace,
-            constants: &[],
+            constants: &constants,
         };
         Ok(Self {
-            shown: Shown::new(device, bindings, depth, Display::default().tone_mapping)?,
+            shown: Shown::new(device, bindings, (depth, constants), tone_mapping)?,
             linear: Pipeline::new(device, "combine linear", bindings, &linear)?,
             depth,
+            constants,
         })
+    }
+
+    /// The operator that pictures are shown with.
+    pub(super) const fn tone_mapping(&self) -> ToneMapping {
+        self.shown.tone_mapping
     }
 
     /// Has pictures shown with an operator.
     pub(super) fn show_with(&mut self, operator: ToneMapping, device: &Device, bindings: &Bindings) -> Result<()> {
         if operator != self.shown.tone_mapping {
-            self.shown = Shown::new(device, bindings, self.depth, operator)?;
+            self.shown = Shown::new(device, bindings, (self.depth, self.constants), operator)?;
         }
         Ok(())
     }

@@ -4,7 +4,7 @@
 //! wholly inside is drawn apart.
 
 use crate::scene::camera::View;
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 
 /// Where something lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,10 +38,33 @@ impl Bounds {
     }
 }
 
-/// The planes of a view: left, right, top, bottom, near. There is no far one.
+/// Planes side by side: point p is inside of each whose (p, 1) · plane ≥ 0.
+#[derive(Clone, Copy)]
+struct Planes {
+    x: Vec4,
+    y: Vec4,
+    z: Vec4,
+    w: Vec4,
+}
+
+impl Planes {
+    /// Distance of a point from each, times the length of its normal.
+    fn distances(&self, point: Vec3) -> Vec4 {
+        self.x * point.x + self.y * point.y + self.z * point.z + self.w
+    }
+
+    /// What distances may be off by where coordinates are `largest` at most.
+    fn slack(&self, largest: Vec3) -> Vec4 {
+        let Self { x, y, z, w } = self;
+        (x.abs() * largest.x + y.abs() * largest.y + z.abs() * largest.z + w.abs()) * ROUNDING
+    }
+}
+
+/// The planes of a view: left, right, top, bottom, and the near one. There is no far one.
 pub(super) struct Frustum {
-    /// Points p inside have (p, 1) · plane ≥ 0.
-    planes: [Vec4; 5],
+    sides: Planes,
+    /// Four times the same.
+    near: Planes,
 }
 
 /// What a distance from a plane may be off by, as a share of its summands: here and on the device.
@@ -51,48 +74,44 @@ impl Frustum {
     pub(super) fn new(view: &View, jitter: Vec2) -> Self {
         let clip = view.clip_from_world(jitter);
         let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip.row(row));
-        Self { planes: [w + x, w - x, w + y, w - y, w - z] }
+        let beside = |planes: [Vec4; 4]| {
+            let [a, b, c, d] = planes;
+            let across = Mat4::from_cols(a, b, c, d).transpose();
+            Planes { x: across.x_axis, y: across.y_axis, z: across.z_axis, w: across.w_axis }
+        };
+        Self { sides: beside([w + x, w - x, w + y, w - y]), near: beside([w - z; 4]) }
     }
 
     /// Where a box lies; what is in it may be farther out or in.
     pub(super) fn place(&self, bounds: &Bounds) -> Place {
         let (centre, half) = ((bounds.low + bounds.high) * 0.5, (bounds.high - bounds.low) * 0.5);
-        self.classify(
-            |plane| {
-                let (middle, reach) = (plane.truncate().dot(centre) + plane.w, plane.truncate().abs().dot(half));
-                [middle - reach, middle + reach]
-            },
-            centre.abs() + half,
-        )
+        let reaches = |planes: &Planes| {
+            let middle = planes.distances(centre);
+            let reach = planes.x.abs() * half.x + planes.y.abs() * half.y + planes.z.abs() * half.z;
+            [middle - reach, middle + reach]
+        };
+        self.classify(reaches, centre.abs() + half)
     }
 
     /// Where a triangle lies.
-    pub(super) fn place_triangle(&self, corners: [Vec3; 3]) -> Place {
-        let largest = corners.iter().fold(Vec3::ZERO, |most, p| most.max(p.abs()));
-        self.classify(
-            |plane| {
-                let [a, b, c] = corners.map(|p| plane.truncate().dot(p) + plane.w);
-                [a.min(b).min(c), a.max(b).max(c)]
-            },
-            largest,
-        )
+    pub(super) fn place_triangle(&self, [a, b, c]: [Vec3; 3]) -> Place {
+        let reaches = |planes: &Planes| {
+            let (a, b, c) = (planes.distances(a), planes.distances(b), planes.distances(c));
+            [a.min(b).min(c), a.max(b).max(c)]
+        };
+        self.classify(reaches, a.abs().max(b.abs()).max(c.abs()))
     }
 
-    /// By the least and the largest distance from each plane of points whose coordinates are `largest` at most.
-    fn classify(&self, distances: impl Fn(Vec4) -> [f32; 2], largest: Vec3) -> Place {
-        let mut place = Place::Inside;
-        for &plane in &self.planes {
-            let [least, most] = distances(plane);
-            let slack = ROUNDING * (plane.truncate().abs().dot(largest) + plane.w.abs());
-            if most < -slack {
-                return Place::Outside;
-            }
-            let is_inside = least >= slack;
-            if !is_inside {
-                place = Place::Crossing;
-            }
+    /// By the least and the largest distance from planes of points whose coordinates are `largest` at most.
+    fn classify(&self, reaches: impl Fn(&Planes) -> [Vec4; 2], largest: Vec3) -> Place {
+        let ([least, most], slack) = (reaches(&self.sides), self.sides.slack(largest));
+        let ([nearest, farthest], near_slack) = (reaches(&self.near), self.near.slack(largest));
+        if (most.cmplt(-slack) | farthest.cmplt(-near_slack)).any() {
+            return Place::Outside;
         }
-        place
+        // Not a number crosses.
+        let is_inside = (least.cmpge(slack) & nearest.cmpge(near_slack)).all();
+        if is_inside { Place::Inside } else { Place::Crossing }
     }
 }
 

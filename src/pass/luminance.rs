@@ -1,6 +1,7 @@
 //! Luminance: D and S of the drawn triangles, all of them or those that changed (docs/method/updates.md).
 
 use super::depth::Depth;
+use super::needs::Needs;
 use super::options::RendererOptions;
 use super::plan::{DepthTest, Plan, Step};
 use super::targets::Targets;
@@ -27,20 +28,30 @@ pub(super) struct Luminance {
     /// Marks and drawn triangles that bring their stencil references.
     exported: Option<[Pipeline; 2]>,
     lookup: Option<Pipeline>,
+    /// Whether S is drawn; its image stays as it is otherwise.
+    draws_specular: bool,
     depth: Depth,
     /// What depths of a triangle and of its parts may differ by.
     bias: DepthBias,
 }
 
 impl Luminance {
-    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
+    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions, needs: Needs) -> Result<Self> {
+        let draws_specular = needs.draws_specular(options);
+        let (vertex, fragment, on_face) = if draws_specular {
+            (shaders::LUMINANCE_VERT, shaders::LUMINANCE_FRAG, shaders::LUMINANCE_ON_FACE_FRAG)
+        } else {
+            let on_face = shaders::LUMINANCE_ON_FACE_MATTE_FRAG;
+            (shaders::LUMINANCE_MATTE_VERT, shaders::LUMINANCE_MATTE_FRAG, on_face)
+        };
+        let formats = [COLOUR_FORMAT, ID_FORMAT, COLOUR_FORMAT];
         let plain = PipelineDesc {
-            vertex: shaders::LUMINANCE_VERT,
-            fragment: Some(shaders::LUMINANCE_FRAG),
-            colour: &[COLOUR_FORMAT, COLOUR_FORMAT, ID_FORMAT],
+            vertex,
+            fragment: Some(fragment),
+            colour: if draws_specular { &formats } else { &formats[..2] },
             depth_stencil: Some(options.depth.format),
             colour_writes: if options.count_writes { ColourWrites::AddFirstAlpha } else { ColourWrites::Replace },
-            constants: &options.constants(),
+            constants: &needs.constants(options),
         };
         let with = |fragment| PipelineDesc { fragment: Some(fragment), ..plain };
         let mark =
@@ -67,12 +78,13 @@ impl Luminance {
         let has = |mode| options.modes.contains(&mode);
         Ok(Self {
             plain: new("luminance", &plain)?,
-            on_face: new("luminance on face", &with(shaders::LUMINANCE_ON_FACE_FRAG))?,
+            on_face: new("luminance on face", &with(on_face))?,
             counted: options.atomic_counts.then(counted).transpose()?,
             mark: new("luminance mark", &mark)?,
             background: new("background", &background)?,
             exported: has(UpdateMode::StencilExport).then(exported).transpose()?,
             lookup: has(UpdateMode::Lookup).then(|| new("luminance lookup", &lookup)).transpose()?,
+            draws_specular,
             depth: options.depth,
             bias: bias(device, options.depth),
         })
@@ -91,8 +103,9 @@ impl Luminance {
             pass.reset_queries(queries);
         }
         let load = if plan.clear { Load::Clear(self.depth.infinity()) } else { Load::Keep };
-        let images = [&targets.diffuse, &targets.specular, &targets.drawn_ids];
-        pass.render(&images, Some(&targets.luminance_depth), load, |draws| {
+        let images = [&targets.diffuse, &targets.drawn_ids, &targets.specular];
+        let images = if self.draws_specular { &images } else { &images[..2] };
+        pass.render(images, Some(&targets.luminance_depth), load, |draws| {
             let mut queried = (0..).zip(&plan.queried).peekable();
             for (number, &step) in plan.steps.iter().enumerate() {
                 match (queries, queried.next_if(|(_, (_, counted))| *counted == number)) {

@@ -21,7 +21,7 @@ impl Renderer {
         let options = self.with_mode(mode);
         options.check(&self.device)?;
         if mode.needs_pipelines() {
-            self.passes.luminance = Luminance::new(&self.device, &self.bindings, &options)?;
+            self.passes.luminance = Luminance::new(&self.device, &self.bindings, &options, self.needs)?;
         }
         if mode == UpdateMode::Lookup {
             self.lookup = Some(Lookup::of_mesh(&self.device, scene, &self.mesh, level)?);

@@ -23,6 +23,9 @@ pub struct RendererOptions {
     /// Whether the host leaves out triangles inside the view frustum that cannot show, and looks at depth for it in the middle of a
     /// visibility pass: only where the device is a CPU, too.
     pub culls_on_host: bool,
+    /// Whether pipelines are made anew for what the scene needs when it is loaded: more to compile before the first frame, and less to do in
+    /// each.
+    pub tailored: bool,
 }
 
 impl RendererOptions {
@@ -41,12 +44,8 @@ impl RendererOptions {
             atomic_counts: false,
             texel_buffers: is_cpu,
             culls_on_host: is_cpu,
+            tailored: false,
         })
-    }
-
-    /// Values of the specialisation constants that all shaders share.
-    pub(super) fn constants(&self) -> [u32; 1] {
-        [u32::from(self.texel_buffers)]
     }
 
     /// Whether a device can do what is asked for.

@@ -10,6 +10,7 @@ use super::light_volume::Look;
 use super::lookup::Lookup;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
+use super::needs::Needs;
 use super::options::RendererOptions;
 use super::pixel_counts::{DrawnCounts, Histogram};
 use super::readback::{Layers, LuminanceLayers, ReadBack};
@@ -22,7 +23,7 @@ use crate::error::Result;
 use crate::refine::update::{DrawnPixels, Update};
 use crate::scene::camera::{Camera, ImageSize, View};
 use crate::scene::light::LightState;
-use crate::scene::{FaceId, Scene, TriangleId};
+use crate::scene::{Display, FaceId, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
 use crate::vk::timestamp::PassTimes;
 use crate::vk::{Bindings, Buffer, Commands, Device, Image, OcclusionQueries};
@@ -41,12 +42,13 @@ pub(super) struct Passes {
 }
 
 impl Passes {
-    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions) -> Result<Self> {
+    pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions, needs: Needs) -> Result<Self> {
+        let tone_mapping = Display::default().tone_mapping;
         Ok(Self {
             visibility: Visibility::new(device, bindings, options)?,
-            colour: Colour::new(device, bindings, options)?,
-            luminance: Luminance::new(device, bindings, options)?,
-            combine: Combine::new(device, bindings, options.depth)?,
+            colour: Colour::new(device, bindings, options, needs)?,
+            luminance: Luminance::new(device, bindings, options, needs)?,
+            combine: Combine::new(device, bindings, options, (needs, tone_mapping))?,
         })
     }
 }
@@ -90,6 +92,8 @@ pub struct Renderer {
     pub(super) luminance_scale: f32,
     /// What it was made for.
     pub(super) options: RendererOptions,
+    /// What its pipelines can do.
+    pub(super) needs: Needs,
     /// The mode whose patches changed the luminance images since all drawn triangles were drawn: the depth that it left serves no
     /// other.
     pub(super) depth_left_by: Option<UpdateMode>,
@@ -122,7 +126,7 @@ impl Renderer {
         bindings.bind_images(&targets.sampled());
         let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 45.0 };
         Ok(Self {
-            passes: Passes::new(&device, &bindings, &options)?,
+            passes: Passes::new(&device, &bindings, &options, Needs::ALL)?,
             read_back: ReadBack::new(&device, size.pixels())?,
             scene: SceneBuffers::new(&device, &mut commands, &Scene::default())?,
             mesh: LuminanceMesh::new(&device)?,
@@ -147,6 +151,7 @@ impl Renderer {
             mark_references: DeviceArray::new(&device, "mark references")?,
             stencil_works: options.depth.has_stencil(),
             options,
+            needs: Needs::ALL,
             histogram: Histogram::default(),
             queries: OcclusionQueries::new(&device, "patch pixels", MAX_QUERIES)?,
             query_counts: Vec::new(),
@@ -188,6 +193,7 @@ impl Renderer {
         self.places.clear();
         self.occluders.clear();
         self.face_ids.clear();
+        self.tailor(scene)?;
         self.bind_texel_buffers()
     }
 
@@ -214,7 +220,7 @@ impl Renderer {
         self.bindings.bind_images(&self.targets.sampled());
         self.mesh.require_full();
         self.face_ids.clear();
-        Ok(())
+        self.clear_undrawn_specular()
     }
 
     /// Moves the camera; `jitter` in pixels, each coordinate in [−½, ½]. Draw visibility, colour and all luminance next.

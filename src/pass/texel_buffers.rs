@@ -26,7 +26,7 @@ impl Renderer {
         bindings.bind_texel_buffers(&buffers);
         if self.options.texel_buffers && !buffers.iter().all(|(buffer, texel)| buffer.fits(*texel)) {
             self.options.texel_buffers = false;
-            self.passes = Passes::new(&self.device, &self.bindings, &self.options)?;
+            self.passes = Passes::new(&self.device, &self.bindings, &self.options, self.needs)?;
         }
         Ok(())
     }

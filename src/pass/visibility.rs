@@ -1,6 +1,7 @@
 //! Visibility: face ids and depth of everything the camera sees, and how many pixels each face covers.
 
 use super::depth::Depth;
+use super::needs::Needs;
 use super::options::RendererOptions;
 use super::scene_buffers::SceneBuffers;
 use super::targets::Targets;
@@ -46,7 +47,7 @@ impl Visibility {
             colour: &[ID_FORMAT],
             depth_stencil: Some(depth.format),
             colour_writes: ColourWrites::Replace,
-            constants: &options.constants(),
+            constants: &Needs::ALL.constants(options),
         };
         let with_mask = PipelineDesc {
             vertex: shaders::VISIBILITY_MASKED_VERT,

@@ -8,6 +8,8 @@ use crate::cache::ids::{NodeId, VertexId};
 
 /// Base vertices a batch: enough to be worth handing out, few enough to keep the frame loop served.
 const FIRST_VISITS: usize = 512;
+/// The same where a view that changes is answered soon, times the light groups: some ten milliseconds.
+const FIRST_VISITS_OF_LIGHTS: usize = 12_288;
 /// Tasks a batch: few, so that each is chosen knowing what the ones before found.
 const TASKS: u64 = 64;
 /// Rays in the view so far for each task of a batch, if that allows more: later ones change less of what the others go by
@@ -34,9 +36,15 @@ pub(super) const fn leaf_of(task: Task) -> Option<NodeId> {
 }
 
 impl Engine {
+    fn first_visits_a_batch(&self) -> usize {
+        let soon = FIRST_VISITS_OF_LIGHTS / self.lights.group_count().max(1);
+        if self.view_time.is_some() { soon.clamp(1, FIRST_VISITS) } else { FIRST_VISITS }
+    }
+
     /// Takes the tasks that pay most.
     pub(super) fn choose(&mut self) -> Work {
-        let mut work = Work { first_visits: self.scheduler.take_first_visits(FIRST_VISITS), ..Work::default() };
+        let first_visits = self.scheduler.take_first_visits(self.first_visits_a_batch());
+        let mut work = Work { first_visits, ..Work::default() };
         if !work.first_visits.is_empty() {
             return work;
         }

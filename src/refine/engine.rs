@@ -16,6 +16,7 @@ use super::roots::Roots;
 use super::rounds::Rounds;
 use super::scheduler::Scheduler;
 use super::smoothing_clock::Smoothing;
+use super::specular::OutdatedSpecular;
 use super::update::{DrawnPixels, EngineStats, Shown, Update};
 use super::view::ViewState;
 use super::workers::{Workers, job_nanoseconds, thread_nanoseconds};
@@ -94,6 +95,11 @@ pub struct Engine {
     pub(super) waiting: Roots,
     /// Roots of faces that left the view and are still to be taken out of it.
     pub(super) leaving: Roots,
+    pub(super) outdated_specular: OutdatedSpecular,
+    /// Faces in view that are not drawn yet, those last that come next.
+    pub(super) unrevealed: Vec<FaceId>,
+    /// How long a new view waits for what needs no ray; `None` until it is done.
+    pub(super) view_time: Option<Duration>,
     /// Indirect light that is being gathered.
     pub(super) rounds: Option<Rounds>,
     pub(super) stats: EngineStats,
@@ -160,6 +166,9 @@ impl Engine {
             leaving: Roots::default(),
             stats: EngineStats::default(),
             smoothing: Smoothing::default(),
+            outdated_specular: OutdatedSpecular::default(),
+            unrevealed: Vec::new(),
+            view_time: None,
             rounds: None,
             born: OwnClock::now(),
             bvh: Arc::new(Bvh::build(&Scene::default())),
@@ -180,17 +189,28 @@ impl Engine {
         &self.bvh
     }
 
+    /// Has a new view wait so long at most for new faces, and so long for S: what needs no ray, but time.
+    pub fn answer_views_within(&mut self, time: Duration) {
+        self.view_time = Some(time);
+    }
+
     /// Does one batch and returns what changed.
     pub fn step(&mut self, budget: Budget) -> Update {
         let _batch = trace::span("batch");
         let (start, rays) = (Instant::now(), self.stats.rays);
         loop {
+            within("reveal", || self.reveal_some());
+            within("specular", || self.evaluate_some_specular());
             if self.is_complete() {
                 within("bring up to date", || self.bring_some_up_to_date());
             }
             let work = within("choose", || self.choose());
             if work.is_empty() {
-                if self.finish_gathering() || self.bring_all_up_to_date() || self.lower_tolerance() {
+                if self.finish_gathering()
+                    || self.evaluate_all_specular()
+                    || self.bring_all_up_to_date()
+                    || self.lower_tolerance()
+                {
                     continue;
                 }
                 break;
@@ -220,6 +240,8 @@ impl Engine {
     pub fn settle(&mut self) -> Update {
         let _settle = trace::span("settle");
         self.finish_gathering();
+        self.reveal_all();
+        self.evaluate_all_specular();
         if self.is_complete() && self.options.indirect {
             self.refresh_waiting_predictions();
         }
@@ -248,14 +270,16 @@ impl Engine {
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.scheduler.is_empty()
+            && self.unrevealed.is_empty()
             && self.rounds.is_none()
             && self.tolerance <= self.options.tolerance
+            && self.outdated_specular.is_empty()
             && self.is_up_to_date()
     }
 
     /// Whether every visible vertex has been visited.
     pub(super) fn is_complete(&self) -> bool {
-        self.scheduler.first_visits() == 0
+        self.scheduler.first_visits() == 0 && self.unrevealed.is_empty()
     }
 
     /// The cache, to look at.
@@ -330,10 +354,12 @@ impl Engine {
         self.stats.cpu_seconds =
             self.workers.cpu_seconds() + now.outside_jobs().saturating_sub(self.born.outside_jobs()) as f64 * 1e-9;
         self.stats.triangles = (self.cache.drawn.triangles.live() - self.publisher.retired()) as u64;
-        let tables = self.view.bytes() + self.scheduler.bytes() + self.publisher.bytes();
+        let tables =
+            self.view.bytes() + self.scheduler.bytes() + self.publisher.bytes() + self.outdated_specular.bytes();
         self.stats.cache_bytes = (self.cache.bytes() + tables) as u64;
         self.stats.unlit = self.scheduler.first_visits() as u64;
         self.stats.outdated = self.cache.indirect.outdated();
+        self.stats.outdated_specular = self.outdated_specular.len() as u64;
         self.stats.complete = self.is_complete();
         let error = self.image.relative(self.checks.miss_rate());
         self.stats.estimated_error =

@@ -28,12 +28,14 @@ mod publisher;
 pub mod reflectances;
 mod relight;
 pub mod replay;
+mod reveal;
 mod roots;
 mod rounds;
 pub mod scheduler;
 mod shown;
 mod smooth;
 mod smoothing_clock;
+mod specular;
 #[cfg(test)]
 mod testing;
 pub mod thread;

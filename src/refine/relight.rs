@@ -39,6 +39,7 @@ impl Engine {
         let Changed { mixed, moved } = self.set_lights(states);
         let now = self.lights.lighting();
         if before != now {
+            self.reveal_all();
             let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
             mixed.into_iter().for_each(|light| reweight(&context, &mut self.cache, light));
             for vertex in std::mem::take(&mut self.enclosed) {
@@ -50,6 +51,7 @@ impl Engine {
             let all: Vec<SlotId> = self.cache.slots.ids().collect();
             self.evaluate(&all);
             self.refresh_indirect(&all);
+            self.note_all_specular();
             self.measure_surpluses();
             self.checks.forget();
             self.view.forget_checks();

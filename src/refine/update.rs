@@ -137,6 +137,8 @@ pub struct EngineStats {
     pub unlit: u64,
     /// Vertices whose indirect light was gathered before the lights changed, and not since.
     pub outdated: u64,
+    /// Visible faces whose specular luminance is for another eye.
+    pub outdated_specular: u64,
     /// Every visible vertex has a first value.
     pub complete: bool,
     /// Nothing is left to do for this camera.

@@ -4,9 +4,8 @@
 use super::engine::{Engine, Visible};
 use super::update::Update;
 use super::view::{LeafView, VertexView};
-use super::visible_faces::{FaceChanges, VisibleFace};
+use super::visible_faces::FaceChanges;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
-use crate::scene::material::Material;
 
 /// Share of the pixels whose faces came into view from which a view counts as another place: what was learnt of how
 /// far to go belongs to the one before.
@@ -43,6 +42,7 @@ impl Engine {
             self.view.faces.replace(&visible.faces, |face| cache.root(scene, weld, face));
         self.list_pixels(visible);
         self.leaving.add(hidden);
+        self.list_glossy();
         // S of what stays in view is right as long as the eye only turns; of what comes into view it is for another eye.
         let mut glossy = if turns { revealed.clone() } else { (0..self.view.faces.all().len()).collect() };
         if self.view.faces.share_of(&revealed) > ELSEWHERE {
@@ -52,48 +52,19 @@ impl Engine {
         } else {
             revealed.retain(|&index| self.is_new(self.view.faces.all()[index].root));
         }
-        glossy.retain(|index| revealed.binary_search(index).is_err());
-        self.evaluate_glossy(&glossy);
-        let slots = self.reveal(&revealed);
-        self.queue_first_visits(&slots);
-        self.queue_waiting();
-    }
-
-    /// Whether a face was never drawn, or has leaves at whose corners nothing was ever visited, or not since a light moved.
-    fn is_new(&self, root: NodeId) -> bool {
-        let is_visited = |vertex: &VertexId| !self.cache.vertices[*vertex].is_due();
-        let is_drawn = !self.cache.topology.is_leaf(root) || self.cache.drawn.is_drawn(root);
-        let mut leaves = Vec::new();
-        self.cache.topology.leaves(root, &mut leaves);
-        !is_drawn || !leaves.iter().all(|&leaf| self.cache.corner_vertices(leaf).iter().all(is_visited))
-    }
-
-    /// Draws faces that came into view, with what is known of their light already; returns the slots that they are drawn with.
-    fn reveal(&mut self, indices: &[usize]) -> Vec<SlotId> {
-        let roots: Vec<NodeId> = indices.iter().map(|&index| self.view.faces.all()[index].root).collect();
-        let midpoints = self.split_beside_finer(&roots);
-        let leaves = self.give_pixels(indices);
-        for &leaf in &leaves {
-            self.publisher.draw_revealed(&mut self.cache, &self.view, leaf);
+        match self.view_time {
+            Some(time) => {
+                self.reveal_in_turn(revealed, time);
+                self.outdate_specular(time);
+            }
+            None => {
+                glossy.retain(|index| revealed.binary_search(index).is_err());
+                self.evaluate_glossy(&glossy);
+                let slots = self.reveal(&revealed);
+                self.queue_first_visits(&slots);
+            }
         }
-        let mut slots = self.drawn_slots(&leaves);
-        slots.extend(midpoints);
-        slots.sort_unstable();
-        slots.dedup();
-        self.place_revealed(&slots);
-        // S of those known is for another eye.
-        let is_due = |&slot: &SlotId| {
-            let record = &self.cache.slots[slot];
-            !record.direct().known || record.shininess().is_some()
-        };
-        let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
-        self.evaluate(&due);
-        self.refresh_unseen(&slots);
-        self.publisher.note_changed(&slots);
-        self.look_for_highlights(&leaves);
-        self.account(&leaves);
-        self.waiting.add(roots);
-        slots
+        self.queue_waiting();
     }
 
     /// Takes faces that left the view out of it: a number of them, those that left first.
@@ -141,44 +112,6 @@ impl Engine {
             }
             None => view.lists.clear(),
         }
-    }
-
-    /// Slots that leaves are drawn with.
-    pub(super) fn drawn_slots(&self, leaves: &[NodeId]) -> Vec<SlotId> {
-        let drawn = leaves.iter().flat_map(|&leaf| self.cache.drawn.of_node(leaf));
-        let slots = drawn.flat_map(|drawn| self.cache.drawn.triangles[drawn].all_slots());
-        let corners = leaves.iter().flat_map(|&leaf| self.cache.topology.nodes[leaf].corners);
-        let mut slots: Vec<SlotId> = slots.chain(corners).collect();
-        slots.sort_unstable();
-        slots.dedup();
-        slots
-    }
-
-    /// Has coarser vertices predict those of slots, so that they show something before they have gathered.
-    fn place_revealed(&mut self, slots: &[SlotId]) {
-        if self.options.indirect && self.cache.indirect.has_gathered() {
-            let record = |&slot: &SlotId| &self.cache.slots[slot];
-            let base = slots.iter().map(record).filter(|record| record.is_base());
-            let mut vertices: Vec<VertexId> = base.map(|record| record.vertex).collect();
-            vertices.sort_unstable();
-            vertices.dedup();
-            self.predictions.place(&mut self.cache, &vertices, &self.workers);
-        }
-    }
-
-    /// Evaluates S for the eye, at the glossy slots of faces. No ray is traced.
-    fn evaluate_glossy(&mut self, indices: &[usize]) {
-        if !self.scene.materials.iter().any(Material::is_glossy) {
-            return;
-        }
-        let mut leaves = Vec::new();
-        let is_glossy = |face: &&VisibleFace| self.scene.material(face.face.triangle()).is_glossy();
-        let glossy = indices.iter().map(|&index| &self.view.faces.all()[index]).filter(is_glossy);
-        glossy.for_each(|face| self.cache.topology.leaves(face.root, &mut leaves));
-        let mut slots = self.drawn_slots(&leaves);
-        slots.retain(|&slot| self.cache.slots[slot].shininess().is_some());
-        self.evaluate(&slots);
-        self.refresh_unseen(&slots);
     }
 
     /// Queues the vertices of slots that were never visited, or not since a light moved, largest on screen first, with those

@@ -40,8 +40,7 @@ impl Scene {
     /// The view of a camera on an image, its near plane before all that can be seen.
     #[must_use]
     pub fn view(&self, camera: &Camera, size: ImageSize) -> View {
-        let least = LEAST_NEAR * self.scale().max(camera.position.abs().max_element());
-        View::new(camera, size, self.distance_from(camera.position).max(least))
+        Clearance::new(self).view(self, camera, size)
     }
 
     /// Distance of a point from the nearest triangle; infinite without any.
@@ -55,6 +54,58 @@ impl Scene {
         let all = (0..self.triangles.len() as u32).into_par_iter();
         all.map(squared).reduce(|| f32::INFINITY, f32::min).sqrt()
     }
+}
+
+/// Distance of the eye from the nearest triangle, as it moves: going through all triangles is left out while what is known bounds it well
+/// enough for a near plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Clearance {
+    scale: f32,
+    /// Where the distance was last looked for, and what it was.
+    known: Option<(Vec3, f32)>,
+}
+
+impl Clearance {
+    /// Of a scene, which is the same in all calls.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        Self { scale: scene.scale(), known: None }
+    }
+
+    /// [`Scene::view`], by what is known of the views before.
+    pub fn view(&mut self, scene: &Scene, camera: &Camera, size: ImageSize) -> View {
+        View::new(camera, size, self.near(scene, camera.position))
+    }
+
+    /// The largest power of two before all triangles, and not nearer than what can be told from the eye: whatever the way there, and the same for
+    /// places that hardly differ.
+    fn near(&mut self, scene: &Scene, eye: Vec3) -> f32 {
+        let least = LEAST_NEAR * self.scale.max(eye.abs().max_element());
+        let before = |distance: f32| power_of_two(distance.max(least));
+        // It changes by no more than the eye has moved.
+        let bounds = self.known.map(|(at, distance)| {
+            let moved = eye.distance(at);
+            let moved = moved + ROUNDING * (distance + moved);
+            [distance - moved, distance + moved].map(before)
+        });
+        match bounds {
+            Some([nearest, farthest]) if nearest == farthest => nearest,
+            _ => {
+                let distance = scene.distance_from(eye);
+                self.known = Some((eye, distance));
+                before(distance)
+            }
+        }
+    }
+}
+
+/// What a distance may be off by as a share of itself.
+const ROUNDING: f32 = 1e-5;
+
+/// The largest power of two up to a positive number; infinity and not a number stay.
+fn power_of_two(value: f32) -> f32 {
+    const MANTISSA: u32 = (1 << (f32::MANTISSA_DIGITS - 1)) - 1;
+    if value.is_normal() { f32::from_bits(value.to_bits() & !MANTISSA) } else { value }
 }
 
 /// Extents of what holds the bulk of the points along each axis; `None` for no points.
@@ -95,6 +146,23 @@ mod tests {
         assert!(with_ground.scale() < 20.0 * alone.diagonal(), "{}", with_ground.scale());
         assert_eq!(scene(vec![Vec3::X; 3]).scale(), scene(vec![Vec3::X; 3]).diagonal(), "all in one point");
         assert_eq!(Scene::default().scale(), 1.0);
+    }
+
+    #[test]
+    fn a_walk_has_the_near_planes_of_its_places() {
+        let scene = scene(grid());
+        let size = ImageSize { width: 200, height: 100 };
+        let (mut clearance, mut searches) = (Clearance::new(&scene), 0);
+        for step in 0..400 {
+            let along = step as f32 / 400.0;
+            let position = Vec3::new(12.0 * along, 3.0 * (1.0 - along).powi(3), 4.0);
+            let camera = Camera { position, look_at: Vec3::NEG_Y, up: Vec3::X, vertical_fov: 60.0 };
+            let before = clearance.known;
+            assert_eq!(clearance.view(&scene, &camera, size), scene.view(&camera, size), "{step}");
+            searches += i32::from(clearance.known != before);
+        }
+        assert!(searches < 100, "{searches}");
+        assert_eq!([1.0, 3.9, 4.0, 1e-3].map(power_of_two), [1.0, 2.0, 4.0, 2f32.powi(-10)]);
     }
 
     #[test]

@@ -9,7 +9,7 @@ mod commas;
 pub mod coplanar;
 mod coplanar_search;
 mod emitters;
-mod extent;
+pub mod extent;
 mod find_file;
 pub mod footprint;
 pub mod framing;

@@ -12,7 +12,8 @@ impl Session {
     /// Draws a frame: colours of a view that it is the first of, all luminance or what changed, the picture if it is to be shown.
     pub(super) fn draw(&mut self, moved: bool, whole: bool, combined: bool) -> Result<FrameStats> {
         if whole || self.renderer.must_draw_all(self.options.update) {
-            self.filled_faces = if self.is_answered() { 0 } else { self.renderer.fill_faces(&self.scene) as u64 };
+            let shows_all = self.is_answered() && !self.draws_at_once();
+            self.filled_faces = if shows_all { 0 } else { self.renderer.fill_faces(&self.scene) as u64 };
         }
         self.lose_device_if_asked();
         self.renderer.frame(&FrameOptions {
@@ -36,6 +37,7 @@ impl Session {
     /// The earlier view that S of what is in view is for, by its generation; `None` if S is right.
     pub(super) fn stale_specular(&self) -> Option<u32> {
         let is_glossy = self.shot.as_ref().is_some_and(|shot| shot.glossy);
-        self.generation.filter(|_| is_glossy && !self.is_answered())
+        let is_right = self.is_answered() && self.stats.outdated_specular == 0;
+        self.generation.filter(|_| is_glossy && !is_right)
     }
 }

@@ -103,7 +103,7 @@ impl Session {
     /// # Errors
     /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn look_through(&mut self, camera: &Camera, lights: &[LightState]) -> Result<()> {
-        let view = self.scene.view(camera, self.options.size);
+        let view = self.clearance.view(&self.scene, camera, self.options.size);
         let lights = lights.to_vec();
         self.aim(super::Shot { view, camera: Some(*camera), lights, of_path: None, glossy: false })
     }

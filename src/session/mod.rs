@@ -53,6 +53,7 @@ use crate::refine::pixel_lists::FaceImage;
 use crate::refine::replay::Levels;
 use crate::refine::update::{EngineStats, Update};
 use crate::scene::camera::{Camera, View};
+use crate::scene::extent::Clearance;
 use crate::scene::light::LightState;
 use crate::scene::{Display, FaceId, Scene};
 use crate::trace::{self, within};
@@ -76,6 +77,8 @@ pub struct Session {
     engine: LightEngine,
     renderer: Renderer,
     scene: Arc<Scene>,
+    /// Of the cameras.
+    clearance: Clearance,
     options: Options,
     display: Display,
     /// Whether the display settings changed since the last picture.
@@ -141,6 +144,7 @@ impl Session {
             display: options.display_of(scene),
             redisplay: false,
             scene: Arc::clone(scene),
+            clearance: Clearance::new(scene),
             share: options.budget,
             options: options.clone(),
             engine,
@@ -169,7 +173,7 @@ impl Session {
     /// # Errors
     /// [`Error::DeviceLost`], [`Error::Exhausted`] when memory runs out.
     pub fn show(&mut self, picture: &Picture) -> Result<()> {
-        let view = self.scene.view(&picture.camera, self.options.size);
+        let view = self.clearance.view(&self.scene, &picture.camera, self.options.size);
         let of_path = picture.on_path.then_some((picture.index, picture.of));
         let (camera, lights) = (Some(picture.camera), picture.lights.clone());
         self.aim(Shot { view, camera, lights, of_path, glossy: false })

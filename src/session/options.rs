@@ -286,7 +286,8 @@ impl Options {
         let depth = Depth::new(device, self.depth_format, self.depth_order)?;
         let modes = if self.update == UpdateMode::Id { vec![self.update] } else { vec![self.update, UpdateMode::Id] };
         let atomic_counts = self.pixel_counts == PixelCounts::Atomic;
-        Ok(RendererOptions { depth, modes, atomic_counts, ..RendererOptions::new(device)? })
+        let tailored = self.moves == Moves::AtOnce;
+        Ok(RendererOptions { depth, modes, atomic_counts, tailored, ..RendererOptions::new(device)? })
     }
 }
 

@@ -9,6 +9,7 @@ use crate::geom::bvh::Bvh;
 use crate::refine::replay::Levels;
 use crate::refine::update::EngineStats;
 use crate::scene::Scene;
+use crate::scene::extent::Clearance;
 use std::sync::Arc;
 
 impl Session {
@@ -28,7 +29,7 @@ impl Session {
         if self.display == self.scene.display {
             self.set_display(scene.display);
         }
-        self.scene = Arc::clone(scene);
+        (self.scene, self.clearance) = (Arc::clone(scene), Clearance::new(scene));
         self.counting = Counting::new(&self.options, self.renderer.device());
         self.levels = Levels::default();
         self.stats = EngineStats::default();

@@ -150,6 +150,9 @@ impl Hierarchy {
 const BATCH: Duration = Duration::from_millis(4);
 const BATCH_OF_SELDOM_FRAMES: Duration = Duration::from_millis(20);
 
+/// How long a view waits for new faces, and for S, where moves are drawn at once: all of the moonlit library's take ten times as long.
+const VIEW: Duration = Duration::from_millis(8);
+
 /// Starts an engine; its thread waits for the hierarchy.
 pub(super) fn engine_thread(
     scene: &Arc<Scene>,
@@ -164,12 +167,16 @@ pub(super) fn engine_thread(
         Pace::Free => ThreadPace::Free(BATCH_OF_SELDOM_FRAMES),
         Pace::Fixed(_) => ThreadPace::Stepped,
     };
+    let draws_at_once = options.moves == Moves::AtOnce && options.pace == Pace::Free;
     let is_watched = beside_frames || options.moves == Moves::AtOnce;
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
     let build = move |workers| {
         let mut engine = Engine::without_hierarchy(scene, workers, options);
         if is_watched {
             engine.smooth_frames();
+        }
+        if draws_at_once {
+            engine.answer_views_within(VIEW);
         }
         engine
     };

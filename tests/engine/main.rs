@@ -17,4 +17,5 @@ mod penumbrae;
 mod pixel_vertices;
 mod refinement;
 mod relighting;
+mod specular;
 mod whole;

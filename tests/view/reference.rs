@@ -187,7 +187,7 @@ fn on_threads_of_its_own_it_goes_on_where_it_stopped() {
     let bvh = Arc::new(Bvh::build(&scene));
     let of = |width| {
         let view = crate::support::device::view_of(&scene, width, 36);
-        Subject { scene: Arc::clone(&scene), bvh: Arc::clone(&bvh), view, factors: vec![Vec3::ONE; 2] }
+        Subject { scene: Arc::clone(&scene), bvh: Arc::clone(&bvh), view, lights: Vec::new() }
     };
     let options = Options { threads: Some(2), pace: Pace::Free, ..Options::default() };
     let mut reference = PathTraced::new(&options).unwrap();
