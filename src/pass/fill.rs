@@ -12,6 +12,46 @@ use super::shared::GpuSlot;
 use crate::scene::{FaceId, Scene};
 use glam::Vec3;
 
+/// Frames that one volume fills, unless many triangles come in: light changes little from one to the next, and making a volume takes several
+/// milliseconds.
+const FRAMES: u32 = 8;
+/// A volume is made anew when so many more triangles are drawn, as a share of those that it was made of.
+const MORE: f32 = 0.125;
+
+/// What faces are filled by.
+pub(super) struct Filling {
+    /// By triangle.
+    looks: Vec<Look>,
+    volume: Option<Volume>,
+}
+
+struct Volume {
+    light: LightVolume,
+    /// Drawn triangles that it was made of.
+    triangles: u32,
+    /// Frames that it still serves.
+    frames: u32,
+}
+
+impl Filling {
+    /// Has the next frame go by the light as it is then.
+    pub(super) fn forget_light(&mut self) {
+        self.volume = None;
+    }
+
+    fn light(&mut self, extent: f32, mesh: &LuminanceMesh) -> &LightVolume {
+        let triangles = mesh.drawn_triangles.len() as u32;
+        let serves = |volume: &Volume| volume.frames > 0 && triangles as f32 <= volume.triangles as f32 * (1.0 + MORE);
+        let kept = self.volume.take().filter(serves);
+        let mut volume = kept.unwrap_or_else(|| {
+            let light = LightVolume::new(extent, samples(mesh, &self.looks));
+            Volume { light, triangles, frames: FRAMES }
+        });
+        volume.frames -= 1;
+        &self.volume.insert(volume).light
+    }
+}
+
 impl Renderer {
     /// Fills each visible face of which nothing is drawn yet with light of what is drawn; the next frame shows it, if it draws all and
     /// nothing changes before. `scene` is the one that was loaded. Returns how many are filled: none if nothing is lit. Costs next to nothing
@@ -22,10 +62,9 @@ impl Renderer {
         if uncovered.is_empty() {
             return 0;
         }
-        let looks = self.looks.get_or_insert_with(|| Look::all(scene));
-        let volume = LightVolume::new(self.extent, samples(&self.mesh, looks));
-        let filled: Vec<_> =
-            uncovered.iter().filter_map(|&face| Some((face, corners(&volume, scene, face)?))).collect();
+        let filling = self.filling.get_or_insert_with(|| Filling { looks: Look::all(scene), volume: None });
+        let volume = filling.light(self.extent, &self.mesh);
+        let filled: Vec<_> = uncovered.iter().filter_map(|&face| Some((face, corners(volume, scene, face)?))).collect();
         let count = filled.len();
         self.mesh.fill(filled.into_iter());
         count

@@ -5,8 +5,8 @@ use super::combine::Combine;
 use super::counters::Counters;
 use super::debug_view::Debug;
 use super::device_array::DeviceArray;
+use super::fill::Filling;
 use super::frustum::{Frustum, Place};
-use super::light_volume::Look;
 use super::lookup::Lookup;
 use super::luminance::Luminance;
 use super::mesh::LuminanceMesh;
@@ -82,8 +82,10 @@ pub struct Renderer {
     pub(super) places: Vec<Place>,
     /// Size of the scene, scene units.
     pub(super) extent: f32,
-    /// By triangle, once faces are filled.
-    pub(super) looks: Option<Vec<Look>>,
+    /// Once faces are filled.
+    pub(super) filling: Option<Filling>,
+    /// The lights as they are shown.
+    lights: Vec<LightState>,
     /// What covered most of the image then.
     pub(super) occluders: Vec<TriangleId>,
     /// Triangles that were drawn for it.
@@ -139,7 +141,8 @@ impl Renderer {
             visible: Vec::new(),
             places: Vec::new(),
             extent: 1.0,
-            looks: None,
+            filling: None,
+            lights: Vec::new(),
             occluders: Vec::new(),
             visibility_triangles: 0,
             luminance_scale: 1.0,
@@ -186,7 +189,8 @@ impl Renderer {
         self.scene = SceneBuffers::new(&self.device, &mut self.commands, scene)?;
         self.mesh = LuminanceMesh::new(&self.device)?;
         self.extent = scene.scale();
-        self.looks = None;
+        self.filling = None;
+        self.lights.clear();
         let looks_up = self.options.modes.contains(&UpdateMode::Lookup);
         self.lookup = looks_up.then(|| Lookup::new(&self.device, scene)).transpose()?;
         self.visible.clear();
@@ -202,7 +206,13 @@ impl Renderer {
     /// # Errors
     /// [`crate::error::Error::DeviceLost`], [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn relight(&mut self, lights: &[LightState]) -> Result<()> {
-        self.scene.relight(&self.device, &mut self.commands, lights)
+        if lights == self.lights {
+            return Ok(());
+        }
+        self.filling.iter_mut().for_each(Filling::forget_light);
+        self.scene.relight(&self.device, &mut self.commands, lights)?;
+        self.lights = lights.to_vec();
+        Ok(())
     }
 
     /// Makes the images of a size. What they showed is gone: draw visibility, colour and all luminance next.

@@ -67,6 +67,9 @@ use std::time::{Duration, Instant};
 /// How often an interrupt is looked for, and the observer told, while the first frame waits.
 const TICK: Duration = Duration::from_millis(50);
 
+/// How long a picture waits for S that is not too old: a walk goes on even if the engine hardly gets a core.
+const PATIENCE: Duration = Duration::from_millis(400);
+
 /// A run in progress: a renderer, a light engine, and what has passed between them.
 ///
 /// One turn is a frame: the engine's updates go to the renderer, it draws, and the engine hears what was
@@ -355,7 +358,10 @@ impl Session {
         loop {
             updates.extend(self.engine.wait_for(TICK));
             updates.extend(self.engine.arrived()?);
-            let broken_off = observer.interrupted() && self.generation.is_none();
+            let broken_off = match self.generation {
+                None => observer.interrupted(),
+                Some(_) => self.draws_at_once() && start.elapsed() >= PATIENCE,
+            };
             if updates.last().is_some_and(|update| self.is_recent(update.generation)) || broken_off {
                 return Ok(updates);
             }

@@ -83,5 +83,6 @@ fn pipelines_made_for_a_scene_draw_the_same() {
             assert_eq!(layers.s.iter().any(|s| s[0] > 0.0), number % 5 == 0, "highlights of scene {number}");
         }
     }
+    drop([plain, tailored]);
     finish(device);
 }
