@@ -155,7 +155,7 @@ mod tests {
         let (mut clearance, mut searches) = (Clearance::new(&scene), 0);
         for step in 0..400 {
             let along = step as f32 / 400.0;
-            let position = Vec3::new(12.0 * along, 3.0 * (1.0 - along).powi(3), 4.0);
+            let position = Vec3::new(12.0 * along, 0.4 + 3.0 * (1.0 - along).powi(3), 4.0);
             let camera = Camera { position, look_at: Vec3::NEG_Y, up: Vec3::X, vertical_fov: 60.0 };
             let before = clearance.known;
             assert_eq!(clearance.view(&scene, &camera, size), scene.view(&camera, size), "{step}");
