@@ -9,7 +9,6 @@ use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer};
 use penombre::refine::engine::Engine;
 use penombre::refine::thread::{Crew, EngineThread, Pace as ThreadPace};
-use penombre::refine::thread_priority::ThreadPriority;
 use penombre::refine::update::Update;
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::{Light, LightKind};
@@ -79,7 +78,7 @@ fn with_held_engine(glossy: bool, test: impl FnOnce(&mut Held)) {
     };
     let (bvh, of, engine_options) = (Arc::new(Bvh::build(&scene)), Arc::clone(&scene), options.engine_options(&scene));
     let build = move |workers| Engine::new(of, bvh, workers, engine_options);
-    let crew = Crew { threads: 1, priority: ThreadPriority::Equal };
+    let crew = Crew { threads: 1, beside_frames: false };
     let thread = EngineThread::spawn(ThreadPace::Free(HELD), crew, build, |_| {}).unwrap();
     let session = Session::new(renderer(), LightEngine::Thread(thread), &scene, &options);
     let mut held = Held { session, mirror: renderer(), scene, answered: Vec::new() };

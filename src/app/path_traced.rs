@@ -5,7 +5,7 @@ use crate::geom::bvh::Bvh;
 use crate::light::context::SceneContext;
 use crate::light::lights::Lights;
 use crate::reference::{Filter, Progressive, Settings, Strategy, Transport};
-use crate::refine::thread_priority::ThreadPriority;
+use crate::refine::nice::lower_priority;
 use crate::scene::Scene;
 use crate::scene::camera::View;
 use crate::scene::light::LightState;
@@ -77,8 +77,8 @@ impl PathTraced {
     /// [`Error::Exhausted`] if the system gives no threads.
     pub fn new(options: &Options) -> Result<Self> {
         let tracing = match options.pace {
-            Pace::Fixed(_) => Tracing::InStep(Box::new(Tracer::new(options, ThreadPriority::Equal)?)),
-            Pace::Free => Tracing::Beside(Thread::start(Tracer::new(options, ThreadPriority::Low)?)?),
+            Pace::Fixed(_) => Tracing::InStep(Box::new(Tracer::new(options, false)?)),
+            Pace::Free => Tracing::Beside(Thread::start(Tracer::new(options, true)?)?),
         };
         Ok(Self { tracing, asked: None, progress: None })
     }
@@ -159,12 +159,14 @@ struct Traced {
 
 impl Tracer {
     /// A tracer of nothing yet. Pixels are sampled at their centres as the picture is, so that both differ in light alone.
-    fn new(options: &Options, priority: ThreadPriority) -> Result<Self> {
+    fn new(options: &Options, beside_frames: bool) -> Result<Self> {
         let transport = if options.refinement.indirect { Transport::Full } else { Transport::Direct };
         let settings = Settings { filter: Filter::Point, transport, strategy: Strategy::Both };
         let threads = ThreadPoolBuilder::new().num_threads(thread_count(options.threads));
         let threads = threads.thread_name(|i| format!("penombre-path-{i}")).start_handler(move |_| {
-            priority.take();
+            if beside_frames {
+                lower_priority();
+            }
         });
         let pool = threads.build().map_err(|e| Error::Exhausted(format!("cannot start threads: {e}")))?;
         Ok(Self { pool, settings, seed: options.seed, of: None })
@@ -265,7 +267,7 @@ impl Drop for Thread {
 
 /// Traces as the last order says until nobody gives orders any more.
 fn work(mut tracer: Tracer, inbox: &Receiver<Order>, last: &AtomicU64, news: &Mutex<Option<(Subject, Progress)>>) {
-    ThreadPriority::Low.take();
+    lower_priority();
     // How long it rests before the next part, which an order ends; for ever without one.
     let mut pause: Option<Duration> = None;
     let mut order: Order = (0, None);

@@ -18,6 +18,7 @@ mod indirect_error;
 mod judge;
 mod large_leaves;
 mod miss_rate;
+pub mod nice;
 pub mod options;
 mod pixel_checks;
 pub mod pixel_lists;
@@ -38,7 +39,6 @@ mod specular;
 #[cfg(test)]
 mod testing;
 pub mod thread;
-pub mod thread_priority;
 pub mod update;
 pub mod view;
 mod visible;

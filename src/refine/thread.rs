@@ -2,8 +2,8 @@
 
 use super::engine::{Budget, Counted, Engine, Visible};
 use super::explanation::Explanation;
+use super::nice::lower_priority;
 use super::probe::PixelQuestion;
-use super::thread_priority::ThreadPriority;
 use super::update::{Question, Shown, Update};
 use super::workers::Workers;
 use crate::geom::bvh::Bvh;
@@ -51,8 +51,8 @@ pub enum Pace {
 pub struct Crew {
     /// How many, its own included.
     pub threads: usize,
-    /// What they get of cores that others want.
-    pub priority: ThreadPriority,
+    /// Whether they work beside frames that somebody waits for: at low priority, then.
+    pub beside_frames: bool,
 }
 
 /// Updates that may wait to be taken: a frame loop that falls further behind makes the engine wait.
@@ -76,7 +76,7 @@ impl EngineThread {
     /// If the system gives no threads.
     pub fn spawn(
         pace: Pace,
-        Crew { threads, priority }: Crew,
+        Crew { threads, beside_frames }: Crew,
         build: impl FnOnce(Workers) -> Engine + Send + 'static,
         complete: impl FnOnce(&mut Engine) + Send + 'static,
     ) -> std::io::Result<Self> {
@@ -86,8 +86,10 @@ impl EngineThread {
         let is_made = Arc::clone(&made);
         let (tell, told) = bounded(1);
         let thread = std::thread::Builder::new().name("penombre-engine".to_owned()).spawn(move || {
-            priority.take();
-            let workers = Workers::with_this_thread(threads, priority).map_err(std::io::Error::other);
+            if beside_frames {
+                lower_priority();
+            }
+            let workers = Workers::with_this_thread(threads, beside_frames).map_err(std::io::Error::other);
             let (workers, fault) = workers.map_or_else(|fault| (None, Some(fault)), |workers| (Some(workers), None));
             // Fails if nobody waits for it.
             let _ = tell.send(fault);

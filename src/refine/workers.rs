@@ -1,6 +1,6 @@
 //! The pool of tracing threads.
 
-use super::thread_priority::ThreadPriority;
+use super::nice::lower_priority;
 use crate::trace;
 use crossbeam_channel::{Receiver, unbounded};
 use rayon::prelude::*;
@@ -40,12 +40,12 @@ pub struct Underway<S, R> {
 const PARTS: usize = 8;
 
 impl Workers {
-    /// A pool of `threads` threads.
+    /// A pool of `threads` threads, of low priority if they work beside frames that somebody waits for.
     ///
     /// # Errors
     /// If the system gives no threads.
-    pub fn new(threads: usize, priority: ThreadPriority) -> Result<Self, ThreadPoolBuildError> {
-        Self::of(Self::builder(threads, priority))
+    pub fn new(threads: usize, beside_frames: bool) -> Result<Self, ThreadPoolBuildError> {
+        Self::of(Self::builder(threads, beside_frames))
     }
 
     /// A pool of the calling thread, which is in no other, and as many more as make `threads`: it takes part in what it hands
@@ -53,14 +53,16 @@ impl Workers {
     ///
     /// # Errors
     /// If the system gives no threads.
-    pub fn with_this_thread(threads: usize, priority: ThreadPriority) -> Result<Self, ThreadPoolBuildError> {
-        Self::of(Self::builder(threads, priority).use_current_thread())
+    pub fn with_this_thread(threads: usize, beside_frames: bool) -> Result<Self, ThreadPoolBuildError> {
+        Self::of(Self::builder(threads, beside_frames).use_current_thread())
     }
 
-    fn builder(threads: usize, priority: ThreadPriority) -> ThreadPoolBuilder {
+    fn builder(threads: usize, beside_frames: bool) -> ThreadPoolBuilder {
         let named = ThreadPoolBuilder::new().num_threads(threads).thread_name(|i| format!("penombre-trace-{i}"));
         named.start_handler(move |_| {
-            priority.take();
+            if beside_frames {
+                lower_priority();
+            }
         })
     }
 
@@ -213,7 +215,7 @@ mod tests {
 
     /// Pools that this thread is in, and is not in.
     fn pools(threads: usize) -> [Workers; 2] {
-        [Workers::with_this_thread(threads, ThreadPriority::Equal), Workers::new(threads, ThreadPriority::Equal)]
+        [Workers::with_this_thread(threads, false), Workers::new(threads, false)]
             .map(|workers| workers.expect("threads"))
     }
 
@@ -237,7 +239,7 @@ mod tests {
 
     #[test]
     fn who_has_all_results_is_alone_with_what_they_were_made_from() {
-        let workers = Workers::new(4, ThreadPriority::Equal).expect("threads");
+        let workers = Workers::new(4, false).expect("threads");
         for _ in 0..200 {
             let mut read = Arc::new(1_u64);
             let underway = workers.start(Arc::clone(&read), 8, |read, item| **read + item as u64);
@@ -248,7 +250,7 @@ mod tests {
 
     #[test]
     fn jobs_are_counted_once_on_the_thread_that_does_them() {
-        let workers = Workers::with_this_thread(1, ThreadPriority::Equal).expect("threads");
+        let workers = Workers::with_this_thread(1, false).expect("threads");
         let items: Vec<u64> = (0..200).collect();
         let before = (thread_nanoseconds(), job_nanoseconds());
         workers.map_chunks(&items, 1, |chunk| chunk.iter().map(|&item| busy(item)).fold(0, u64::wrapping_add));

@@ -9,7 +9,6 @@ use crate::geom::tree::{Primitives, Tree};
 use crate::pass::Renderer;
 use crate::refine::engine::Engine;
 use crate::refine::thread::{Crew, EngineThread, Pace as ThreadPace};
-use crate::refine::thread_priority::ThreadPriority;
 use crate::refine::workers::Workers;
 use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, repeats};
@@ -162,12 +161,7 @@ pub(super) fn engine_thread(
     frames: Frames,
 ) -> Result<EngineThread> {
     let beside_frames = options.pace == Pace::Free && frames != Frames::Seldom;
-    let priority = match options.moves {
-        _ if !beside_frames => ThreadPriority::Equal,
-        Moves::AtOnce => ThreadPriority::Idle,
-        Moves::WhenAnswered => ThreadPriority::Low,
-    };
-    let crew = Crew { threads: thread_count(options.threads), priority };
+    let crew = Crew { threads: thread_count(options.threads), beside_frames };
     let pace = match options.pace {
         Pace::Free if beside_frames => ThreadPace::Free(BATCH),
         Pace::Free => ThreadPace::Free(BATCH_OF_SELDOM_FRAMES),
@@ -195,7 +189,7 @@ pub(super) fn engine_thread(
 /// # Errors
 /// [`Error::Exhausted`] if the system gives no threads.
 pub fn owned_engine(scene: &Arc<Scene>, bvh: &Arc<Bvh>, options: &Options) -> Result<LightEngine> {
-    let workers = Workers::new(thread_count(options.threads), ThreadPriority::Equal).map_err(|e| no_threads(&e))?;
+    let workers = Workers::new(thread_count(options.threads), false).map_err(|e| no_threads(&e))?;
     let engine = Engine::new(Arc::clone(scene), Arc::clone(bvh), workers, options.engine_options(scene));
     Ok(LightEngine::owned(engine))
 }

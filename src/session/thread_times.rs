@@ -64,9 +64,8 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn the_names_are_those_of_the_threads() {
-        use crate::refine::thread_priority::ThreadPriority;
         use crate::refine::workers::Workers;
-        let workers = Workers::new(1, ThreadPriority::Equal).expect("threads");
+        let workers = Workers::new(1, false).expect("threads");
         let items = vec![0_u64; 1000];
         let busy = |&item: &u64| (0..20_000).fold(item, |sum, i| sum.wrapping_mul(31).wrapping_add(i));
         workers.map_chunks(&items, 1, |chunk| chunk.iter().map(busy).fold(0, u64::wrapping_add));

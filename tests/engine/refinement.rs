@@ -356,13 +356,12 @@ fn highlights_between_vertices_are_found() {
 #[test]
 fn a_waiting_engine_can_be_dropped() {
     use penombre::refine::thread::{Crew, EngineThread, Pace};
-    use penombre::refine::thread_priority::ThreadPriority;
     let mut scene = Scene::default();
     let ids = floor(&mut scene);
     lamp_and_blocker(&mut scene);
     let options = Options { min_pixels: 0.0, tolerance: 1e-6, ..refine(0) };
     let pace = Pace::Free(std::time::Duration::from_millis(4));
-    let crew = Crew { threads: 1, priority: ThreadPriority::Equal };
+    let crew = Crew { threads: 1, beside_frames: false };
     let build = move |_| engine_with(scene, 1, options);
     let thread = EngineThread::spawn(pace, crew, build, |_| {}).expect("thread");
     let faces = front(&ids).iter().map(|&f| (f, 1_000_000)).collect();

@@ -12,7 +12,6 @@ use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Pieces, Priority};
 use penombre::refine::pixel_lists::FaceImage;
 use penombre::refine::replay::HostMesh;
-use penombre::refine::thread_priority::ThreadPriority;
 use penombre::refine::update::{DrawnId, DrawnTriangle, Patch, Slot, SlotId, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::camera::{Camera, ImageSize};
@@ -87,8 +86,7 @@ impl Twins {
             without: Pieces::default(),
         };
         let bvh = Arc::new(Bvh::build(scene));
-        let engine =
-            Engine::new(Arc::new(scene.clone()), bvh, Workers::new(1, ThreadPriority::Equal).unwrap(), options);
+        let engine = Engine::new(Arc::new(scene.clone()), bvh, Workers::new(1, false).unwrap(), options);
         let renderer = || Renderer::new(Arc::clone(device), SIZE).unwrap();
         let mut twins = Self { patched: renderer(), full: renderer(), engine, mesh: HostMesh::default() };
         let mut visible = Vec::new();

@@ -8,7 +8,6 @@ use penombre::light::lights::MAX_LIGHT_GROUPS;
 use penombre::refine::engine::{Budget, Counted, Engine, Visible};
 use penombre::refine::options::{Options, Pieces, Priority};
 use penombre::refine::replay::HostMesh;
-use penombre::refine::thread_priority::ThreadPriority;
 use penombre::refine::update::{Slot, Update};
 use penombre::refine::workers::Workers;
 use penombre::scene::light::{Light, LightKind};
@@ -129,7 +128,7 @@ pub fn engine(scene: Scene, threads: usize, seed: u64) -> Engine {
 
 pub fn engine_with(scene: Scene, threads: usize, options: Options) -> Engine {
     let bvh = Arc::new(Bvh::build(&scene));
-    Engine::new(Arc::new(scene), bvh, Workers::new(threads, ThreadPriority::Equal).expect("threads"), options)
+    Engine::new(Arc::new(scene), bvh, Workers::new(threads, false).expect("threads"), options)
 }
 
 /// The GPU's word that it has drawn everything.
