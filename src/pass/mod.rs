@@ -13,6 +13,7 @@ mod debug_view;
 mod depth;
 mod device_array;
 mod fill;
+mod filling;
 mod frame;
 mod frustum;
 mod light_volume;

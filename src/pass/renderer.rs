@@ -5,7 +5,7 @@ use super::combine::Combine;
 use super::counters::Counters;
 use super::debug_view::Debug;
 use super::device_array::DeviceArray;
-use super::fill::Filling;
+use super::filling::Filling;
 use super::frustum::{Frustum, Place};
 use super::lookup::Lookup;
 use super::luminance::Luminance;

@@ -20,6 +20,7 @@ mod large_leaves;
 mod miss_rate;
 pub mod nice;
 pub mod options;
+mod outdated_specular;
 mod pixel_checks;
 pub mod pixel_lists;
 mod predictions;

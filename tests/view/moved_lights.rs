@@ -8,10 +8,11 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use glam::{DVec3, Vec2, Vec3};
 use penombre::app::command::Command;
 use penombre::app::viewer::{Open, Viewer};
+use penombre::app::views::View as DebugView;
 use penombre::pass::LuminanceLayers;
 use penombre::scene::Scene;
 use penombre::scene::light::LightKind;
-use penombre::session::{DebugView, Session, Unobserved};
+use penombre::session::{Session, Unobserved};
 use std::path::PathBuf;
 
 const TO: Vec3 = Vec3::new(0.1, 0.3, -0.6);
@@ -80,7 +81,7 @@ fn the_view_of_what_is_known_has_guesses_in_the_first_picture_alone() {
     with_session(room(), false, |mut session| {
         converge(&mut session);
         let mut viewer = viewer(session);
-        viewer.session_mut().set_debug_view(DebugView::Knowledge);
+        viewer.execute(&Command::View(DebugView::named("stale").unwrap(), None)).unwrap();
         let guessed = |viewer: &mut Viewer| {
             // Instead of D: nothing known, guessed, covered.
             let shown = viewer.session_mut().renderer_mut().read_luminance().unwrap();
