@@ -55,6 +55,7 @@ impl Engine {
                 && work.direct_rays < DIRECT_RAYS
         };
         while has_room(&work) {
+            self.workers.give_way();
             if let Some(leaf) = self.next_check() {
                 work.checks.push(leaf);
                 continue;

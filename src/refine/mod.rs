@@ -30,6 +30,7 @@ pub mod reflectances;
 mod relight;
 pub mod replay;
 mod reveal;
+pub mod right_of_way;
 mod roots;
 mod rounds;
 pub mod scheduler;

@@ -4,6 +4,7 @@ use super::engine::{Budget, Counted, Engine, Visible};
 use super::explanation::Explanation;
 use super::nice::lower_priority;
 use super::probe::PixelQuestion;
+use super::right_of_way::RightOfWay;
 use super::update::{Question, Shown, Update};
 use super::workers::Workers;
 use crate::geom::bvh::Bvh;
@@ -64,6 +65,7 @@ pub struct EngineThread {
     commands: Option<Sender<Command>>,
     updates: Option<Receiver<Update>>,
     thread: Option<JoinHandle<()>>,
+    frames: Arc<RightOfWay>,
     /// The engine's hierarchy, once that is made.
     made: Arc<OnceLock<Arc<Bvh>>>,
 }
@@ -84,6 +86,8 @@ impl EngineThread {
         let (outbox, updates) = bounded(WAITING);
         let made = Arc::new(OnceLock::new());
         let is_made = Arc::clone(&made);
+        let frames = Arc::new(RightOfWay::default());
+        let first_frames = Arc::clone(&frames);
         let (tell, told) = bounded(1);
         let thread = std::thread::Builder::new().name("penombre-engine".to_owned()).spawn(move || {
             if beside_frames {
@@ -94,7 +98,7 @@ impl EngineThread {
             // Fails if nobody waits for it.
             let _ = tell.send(fault);
             let Some(workers) = workers else { return };
-            let mut engine = build(workers);
+            let mut engine = build(workers.giving_way_to(first_frames));
             let Ok(first) = inbox.recv() else { return };
             if let Command::View(_, visible) = &first {
                 engine.create_faces(visible);
@@ -107,7 +111,13 @@ impl EngineThread {
         if let Ok(Some(fault)) = told.recv() {
             return Err(fault);
         }
-        Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread), made })
+        Ok(Self { commands: Some(commands), updates: Some(updates), thread: Some(thread), frames, made })
+    }
+
+    /// By which a frame goes before the engine's work.
+    #[must_use]
+    pub const fn right_of_way(&self) -> &Arc<RightOfWay> {
+        &self.frames
     }
 
     /// Sends a new view in which the lights are in these states ([`Engine::relight`]). At pace [`Pace::Free`] one that the engine has not begun when the next comes is not answered. A stopped engine is noticed by [`Self::drain`].

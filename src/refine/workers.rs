@@ -1,6 +1,7 @@
 //! The pool of tracing threads.
 
 use super::nice::lower_priority;
+use super::right_of_way::RightOfWay;
 use crate::trace;
 use crossbeam_channel::{Receiver, unbounded};
 use rayon::prelude::*;
@@ -68,6 +69,17 @@ impl Workers {
 
     fn of(builder: ThreadPoolBuilder) -> Result<Self, ThreadPoolBuildError> {
         Ok(Self { pool: builder.build()?, clock: Arc::default() })
+    }
+
+    /// The same with threads that stand aside while frames are drawn; before they are given any work.
+    #[must_use]
+    pub fn giving_way_to(self, frames: Arc<RightOfWay>) -> Self {
+        Self { clock: Arc::new(JobClock { frames, ..JobClock::default() }), ..self }
+    }
+
+    /// Stands aside while a frame is drawn that goes first.
+    pub fn give_way(&self) {
+        self.clock.frames.give_way();
     }
 
     /// Items of a part, if fewer than `least` are not worth handing out.
@@ -162,6 +174,8 @@ impl<S, R> Underway<S, R> {
 /// Counts the CPU time of jobs.
 #[derive(Debug, Default)]
 struct JobClock {
+    /// What goes before jobs.
+    frames: Arc<RightOfWay>,
     nanoseconds: AtomicU64,
 }
 
@@ -173,6 +187,7 @@ thread_local! {
 impl JobClock {
     /// Does a job, by the name that a trace gives it; it waits for no other.
     fn time<R>(&self, name: &'static str, job: impl FnOnce() -> R) -> R {
+        self.frames.give_way();
         let _job = trace::span(name);
         let start = thread_nanoseconds();
         let result = job();

@@ -1,14 +1,26 @@
 //! Drawing a frame of a session, and what it shows that is older than its view.
 
 use super::Session;
+use super::light_engine::LightEngine;
 use super::options::PixelCounts;
 use crate::error::Result;
 use crate::pass::{FrameOptions, FrameStats};
+use crate::refine::right_of_way::Drawing;
 
 /// Occlusion queries of a frame: 13 to 30 µs each on a software rasteriser.
 const QUERIES_A_FRAME: u32 = 128;
 
 impl Session {
+    /// Has the light stand aside while a frame of a move is drawn, where both take the same cores.
+    pub(super) fn go_first(&self) -> Option<Drawing> {
+        match &self.engine {
+            LightEngine::Thread(thread) if self.draws_at_once() && self.renderer.device().report().is_cpu() => {
+                Some(thread.right_of_way().draw())
+            }
+            _ => None,
+        }
+    }
+
     /// Draws a frame: colours of a view that it is the first of, all luminance or what changed, the picture if it is to be shown.
     pub(super) fn draw(&mut self, moved: bool, whole: bool, combined: bool) -> Result<FrameStats> {
         if whole || self.renderer.must_draw_all(self.options.update) {
@@ -16,6 +28,7 @@ impl Session {
             self.filled_faces = if shows_all { 0 } else { self.renderer.fill_faces(&self.scene) as u64 };
         }
         self.lose_device_if_asked();
+        let _first = moved.then(|| self.go_first());
         self.renderer.frame(&FrameOptions {
             colour: moved,
             full_luminance: whole,

@@ -193,6 +193,7 @@ impl Session {
 
     fn aim(&mut self, shot: Shot) -> Result<()> {
         let _look = trace::span("look");
+        let _first = self.go_first();
         let (faces, image) = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
         trace::instant("camera", || Some(format!("view {}", self.wanted + 1)));
         let glossy = faces.iter().any(|(face, _)| self.scene.material(face.triangle()).is_glossy());
