@@ -72,6 +72,12 @@ impl Clearance {
         Self { scale: scene.scale(), known: None }
     }
 
+    /// Size of the scene, [`Scene::scale`].
+    #[must_use]
+    pub const fn scale(&self) -> f32 {
+        self.scale
+    }
+
     /// [`Scene::view`], by what is known of the views before.
     pub fn view(&mut self, scene: &Scene, camera: &Camera, size: ImageSize) -> View {
         View::new(camera, size, self.near(scene, camera.position))

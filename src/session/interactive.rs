@@ -69,6 +69,12 @@ impl Session {
         &self.scene
     }
 
+    /// Its size, scene units ([`Scene::scale`]).
+    #[must_use]
+    pub const fn scale(&self) -> f32 {
+        self.clearance.scale()
+    }
+
     /// Its hierarchy, once that is made.
     #[must_use]
     pub fn hierarchy(&self) -> Option<&Arc<Bvh>> {

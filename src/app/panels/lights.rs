@@ -53,7 +53,7 @@ fn place(ui: &mut Ui, viewer: &Viewer, light: &Setting, commands: &mut Vec<Comma
     ui.label("");
     ui.horizontal(|ui| {
         for (axis, value) in ["x", "y", "z"].into_iter().zip(to.as_mut()) {
-            let drag = DragValue::new(value).speed(f64::from(scene.scale()) * DRAG).max_decimals(3);
+            let drag = DragValue::new(value).speed(f64::from(viewer.session().scale()) * DRAG).max_decimals(3);
             ui.add(drag).on_hover_text(format!("{axis} of {}", light.name));
         }
     });
