@@ -19,7 +19,7 @@ use std::time::Duration;
 
 const SIZE: ImageSize = ImageSize { width: 64, height: 48 };
 /// How long a batch of the engine lasts: frames of the room take some milliseconds.
-const HELD: Duration = Duration::from_millis(250);
+const HELD: Duration = Duration::from_millis(150);
 
 /// A room with a screen across it, behind which parts of it come into view as the camera goes aside; the floor is glossy or not.
 fn room(glossy: bool) -> Arc<Scene> {

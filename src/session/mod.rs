@@ -68,7 +68,7 @@ use std::time::{Duration, Instant};
 const TICK: Duration = Duration::from_millis(50);
 
 /// How long a picture waits for S that is not too old: a walk goes on even if the engine hardly gets a core.
-const PATIENCE: Duration = Duration::from_millis(400);
+const PATIENCE: Duration = Duration::from_millis(300);
 
 /// A run in progress: a renderer, a light engine, and what has passed between them.
 ///
