@@ -97,6 +97,8 @@ pub struct Session {
     /// Generation of the view that the engine's last update was for.
     generation: Option<u32>,
     specular_age: SpecularAge,
+    /// The view that had been answered when a picture last waited in vain for S of a later one: none waits again before another is.
+    waited_for: Option<u32>,
     /// Faces that show light of others near by since all was drawn last.
     filled_faces: u64,
     ahead: AheadPictures,
@@ -158,6 +160,7 @@ impl Session {
             drawn: 0,
             generation: None,
             specular_age: SpecularAge::default(),
+            waited_for: None,
             filled_faces: 0,
             ahead: AheadPictures::default(),
             clock: Clock::default(),
@@ -323,7 +326,8 @@ impl Session {
     /// too old.
     fn must_wait(&self) -> bool {
         if self.draws_at_once() {
-            self.stale_specular().is_some_and(|of| self.specular_age.is_over(of))
+            let waits_in_vain = self.waited_for.is_some_and(|answered| self.generation == Some(answered));
+            !waits_in_vain && self.stale_specular().is_some_and(|of| self.specular_age.is_over(of))
         } else {
             !self.is_answered()
         }
@@ -363,7 +367,11 @@ impl Session {
                 None => observer.interrupted(),
                 Some(_) => self.draws_at_once() && start.elapsed() >= PATIENCE,
             };
-            if updates.last().is_some_and(|update| self.is_recent(update.generation)) || broken_off {
+            if updates.last().is_some_and(|update| self.is_recent(update.generation)) {
+                return Ok(updates);
+            }
+            if broken_off {
+                self.waited_for = self.generation;
                 return Ok(updates);
             }
             if self.generation.is_none() {
