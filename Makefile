@@ -46,7 +46,8 @@ out/references/%.exr:
 
 # The development profile: optimised, with debug assertions, overflow checks and the validation layer.
 test: setup-tests
-	PENOMBRE_REQUIRE_GPU=1 $(CARGO) test --features shader-reload
+	PENOMBRE_REQUIRE_GPU=1 $(CARGO) test
+	PENOMBRE_REQUIRE_GPU=1 $(CARGO) test --features shader-reload --test shaders
 
 check: format lint test doc
 
