@@ -90,7 +90,7 @@ fn generated(shaders: &[Compiled], layouts: &BTreeMap<String, (Layout, String)>)
     text
 }
 
-/// `glsl/luminance-update.frag` gives `LUMINANCE_UPDATE_FRAG`.
+/// `glsl/luminance_export.frag` gives `LUMINANCE_EXPORT_FRAG`.
 fn constant_name(file: &str) -> String {
     file_name(file).replace(|c: char| !c.is_ascii_alphanumeric(), "_").to_uppercase()
 }
