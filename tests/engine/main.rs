@@ -17,5 +17,6 @@ mod penumbrae;
 mod pixel_vertices;
 mod refinement;
 mod relighting;
+mod reveal;
 mod specular;
 mod whole;
