@@ -72,8 +72,8 @@ fn what_a_view_does_not_wait_for_follows() {
 #[test]
 fn batches_bring_it_up_to_date() {
     let (mut engine, _, faces) = looked(Some(Duration::ZERO));
-    engine.set_visible(&view(2, &faces));
-    let mut left = 128;
+    let mut left = engine.set_visible(&view(2, &faces)).stats.outdated_specular;
+    assert_eq!(left, 128);
     for _ in 0..128 {
         let outdated = engine.step(Budget::Rays(1)).stats.outdated_specular;
         assert!(outdated < left || outdated == 0, "{outdated} of {left}");
