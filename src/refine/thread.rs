@@ -120,7 +120,8 @@ impl EngineThread {
         &self.frames
     }
 
-    /// Sends a new view in which the lights are in these states ([`Engine::relight`]). At pace [`Pace::Free`] one that the engine has not begun when the next comes is not answered. A stopped engine is noticed by [`Self::drain`].
+    /// Sends a new view in which the lights are in these states ([`Engine::relight`]). At pace [`Pace::Free`] one that the engine has not
+    /// begun when the next comes is not answered. A stopped engine is noticed by [`Self::drain`].
     pub fn relight(&self, lights: Vec<LightState>, visible: Visible) {
         self.send(Command::View(lights, visible));
     }
