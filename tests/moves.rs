@@ -12,6 +12,7 @@ use penombre::refine::thread::{Crew, EngineThread, Pace as ThreadPace};
 use penombre::refine::update::Update;
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::{Light, LightKind};
+use penombre::scene::material::Model;
 use penombre::scene::{FaceId, Scene};
 use penombre::session::{Budget, FrameReport, LightEngine, Moves, Options, Quality, Refinement, Session, Unobserved};
 use std::sync::Arc;
@@ -25,7 +26,7 @@ const HELD: Duration = Duration::from_millis(150);
 fn room(glossy: bool) -> Arc<Scene> {
     let mut scene = empty_scene();
     let floor = add_material(&mut scene, |m| {
-        (m.kd, m.ks, m.shininess) = (Vec3::splat(0.5), Vec3::splat(if glossy { 0.4 } else { 0.0 }), 20.0);
+        (m.kd, m.model) = (Vec3::splat(0.5), Model::phong(Vec3::splat(if glossy { 0.4 } else { 0.0 }), 20.0));
     });
     let white = add_material(&mut scene, |m| m.kd = Vec3::splat(0.7));
     let [x, y, z] = [Vec3::X, Vec3::Y, Vec3::Z].map(|axis| axis * 2.0);

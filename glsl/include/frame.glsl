@@ -42,6 +42,7 @@ struct Material {
 // A texture's mip chain, index of each level's first texel; looked up at uv * scale + offset.
 const uint CLAMPS = 1u;          // its edge goes on outside of [0, 1]
 const uint SHARED_EXPONENT = 2u; // encoding of its texels, scene::texture::Encoding
+const uint LINEAR = 4u;
 struct Texture {
     uvec2 extent;
     uint levels;

@@ -162,7 +162,8 @@ fn slot_look(scene: &Scene, position: u32, triangle: TriangleId, back: bool) -> 
     let front = scene.normals[t][corner];
     let material = scene.material(triangle);
     let normal = if back { -front } else { front };
-    Look { normal, shininess: material.is_glossy().then_some(material.shininess), mirror: material.mirror }
+    let phong = material.phong();
+    Look { normal, shininess: material.is_glossy().then_some(phong.shininess), mirror: phong.mirror }
 }
 
 #[cfg(test)]

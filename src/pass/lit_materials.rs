@@ -48,7 +48,7 @@ impl GpuMaterial {
         Self {
             kd: material.kd.to_array(),
             map_kd: maps.index(material.map_kd.as_ref()),
-            ks: material.ks.to_array(),
+            ks: material.phong().ks.to_array(),
             map_d: maps.index(material.map_d.as_ref()),
             ke: material.ke.to_array(),
             map_ke: maps.index(material.map_ke.as_ref()),

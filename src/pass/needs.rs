@@ -82,6 +82,7 @@ const CONSTANTS: usize = 9;
 mod tests {
     use super::*;
     use crate::scene::material::Material;
+    use crate::scene::material::Model;
     use crate::scene::texture::TextureId;
     use glam::Vec3;
 
@@ -92,7 +93,10 @@ mod tests {
         let of = |material: Material| Needs::of(&Scene { materials: vec![grey.clone(), material], ..Scene::default() });
         let map = Some(TextureId(0).into());
         assert_eq!(of(grey.clone()), bare);
-        assert_eq!(of(Material { ks: Vec3::X, ..grey.clone() }), Needs { highlights: true, ..bare });
+        assert_eq!(
+            of(Material { model: Model::phong(Vec3::X, 0.0), ..grey.clone() }),
+            Needs { highlights: true, ..bare }
+        );
         assert_eq!(of(Material { map_kd: map, ..grey.clone() }), Needs { textures: true, ..bare });
         let emission = Needs { textures: true, emission_textures: true, ..bare };
         assert_eq!(of(Material { map_ke: map, ..grey.clone() }), emission);

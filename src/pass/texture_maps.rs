@@ -72,11 +72,15 @@ fn header(map: &TextureMap, texture: &Texture, start: u64) -> GpuTexture {
         next += w * h;
     }
     let clamps = if map.wrap == Wrap::Clamp { CLAMPS } else { 0 };
-    let bright = if texture.encoding() == Encoding::SharedExponent { SHARED_EXPONENT } else { 0 };
+    let encoding = match texture.encoding() {
+        Encoding::Srgb => 0,
+        Encoding::SharedExponent => SHARED_EXPONENT,
+        Encoding::Linear => LINEAR,
+    };
     GpuTexture {
         extent: extents[0],
         levels: extents.len() as u32,
-        flags: clamps | bright,
+        flags: clamps | encoding,
         scale: map.scale.to_array(),
         offset: map.offset.to_array(),
         first,
@@ -87,3 +91,4 @@ fn header(map: &TextureMap, texture: &Texture, start: u64) -> GpuTexture {
 /// Flags of `glsl/include/texture.glsl`.
 const CLAMPS: u32 = 1;
 const SHARED_EXPONENT: u32 = 2;
+const LINEAR: u32 = 4;

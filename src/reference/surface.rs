@@ -63,10 +63,10 @@ impl Surface {
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
             to_eye: -ray.direction,
             kd: Vec3::ZERO,
-            ks: material.ks,
+            ks: material.phong().ks,
             spread: material.highlight_albedo(),
-            shininess: material.shininess,
-            mirror: material.mirror,
+            shininess: material.phong().shininess,
+            mirror: material.phong().mirror,
             glossy: 0.0,
         }
     }

@@ -79,7 +79,7 @@ impl Engine {
             triangle: face.triangle().0,
             side: if face.is_back() { "back" } else { "front" },
             material: material.name.clone(),
-            shininess: material.is_glossy().then_some(material.shininess),
+            shininess: material.is_glossy().then_some(material.phong().shininess),
         }
     }
 

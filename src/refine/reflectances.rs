@@ -16,7 +16,7 @@ impl Reflectances {
     pub fn new(scene: &Scene) -> Self {
         let of = |m: &crate::scene::material::Material| {
             let texture = m.map_kd.as_ref().map_or(Vec3::ONE, |map| scene.texture(map).mean());
-            [luminance(m.kd * texture), luminance(m.ks)]
+            [luminance(m.kd * texture), luminance(m.phong().ks)]
         };
         Self { by_material: scene.materials.iter().map(of).collect() }
     }

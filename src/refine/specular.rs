@@ -23,7 +23,7 @@ fn turn(scene: &Scene, face: FaceId, of: Option<Vec3>, eye: Vec3) -> f32 {
     let [u, v, w] = nearest_to_origin(corners);
     let distance = (a * u + b * v + c * w).length().max(f32::MIN_POSITIVE);
     // cosⁿ falls by a half at some 1/√n.
-    of.distance(eye) / distance * (material.shininess + 2.0).sqrt() * material.ks.max_element()
+    of.distance(eye) / distance * (material.phong().shininess + 2.0).sqrt() * material.phong().ks.max_element()
 }
 
 impl Engine {

@@ -36,31 +36,89 @@ impl TextureMap {
     }
 }
 
-/// A physically normalised Phong material, f_r = k_d/π + k_s (s+2)/(2π) max(0, r·ω)^s  [FP03 §4.3].
+/// A material: a diffuse part and a highlight, by the parameters of its [`Model`].
 ///
-/// The loader guarantees k_d + k_s ≤ 1 in each channel, all values finite and ≥ 0. Triangles of materials that
-/// cannot be drawn yet (glass) never reach the scene.
+/// The loader guarantees all values finite and ≥ 0, and that no model reflects more than arrives. Triangles of materials
+/// that cannot be drawn yet (glass) never reach the scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// The name in the MTL file.
+    /// The name in the file.
     pub name: String,
-    /// Diffuse reflectance k_d (`Kd`), linear, without unit; multiplied by `map_kd` where there is one.
+    /// Linear, without unit, multiplied by `map_kd` where there is one: diffuse reflectance k_d (`Kd`) of a Phong material, base
+    /// colour of a metallic-roughness one.
     pub kd: Vec3,
-    /// Specular reflectance k_s (`Ks`), linear, without unit.
-    pub ks: Vec3,
-    /// Phong exponent s (`Ns`).
-    pub shininess: f32,
+    /// How it reflects.
+    pub model: Model,
     /// Emitted radiance (`Ke`), W·sr⁻¹·m⁻².
     pub ke: Vec3,
-    /// Diffuse texture, at most 1.
+    /// What is seen of `ke` lights nothing (`KHR_materials_unlit`).
+    pub unlit: bool,
+    /// Texture of `kd`, at most 1.
     pub map_kd: Option<TextureMap>,
     /// Emission texture, which `ke` is multiplied by; it may be brighter than 1.
     pub map_ke: Option<TextureMap>,
     /// Cut-out mask (one channel, linear): opaque at ≥ 0.5.
     pub map_d: Option<TextureMap>,
+    /// Normals in the frame of the texture coordinates.
+    pub map_normal: Option<NormalMap>,
+}
+
+/// How a material reflects.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Model {
+    /// Physically normalised Phong, f_r = k_d/π + k_s (s+2)/(2π) max(0, r·ω)^s  [FP03 §4.3], k_d + k_s ≤ 1 in each channel.
+    Phong(Phong),
+    /// Lambert under GGX microfacets, by metalness and roughness, as glTF 2.0 defines them (docs/method/reflection.md).
+    MetallicRoughness(MetallicRoughness),
+}
+
+/// The highlight of a Phong material.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Phong {
+    /// Specular reflectance k_s (`Ks`), linear, without unit.
+    pub ks: Vec3,
+    /// Phong exponent s (`Ns`).
+    pub shininess: f32,
     /// Whether it is meant to mirror (illum 3 and 5, or s > 1000): until there are reflections its highlight shows light
     /// straight from the sources only.
     pub mirror: bool,
+}
+
+/// Metalness and roughness.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MetallicRoughness {
+    /// 0 dielectric, with the base colour as its diffuse one, to 1 metal, with the base colour as its F₀ (`Pm`).
+    pub metallic: f32,
+    /// Perceptual roughness, 0 to 1: α of GGX is its square (`Pr`).
+    pub roughness: f32,
+    /// What `metallic` is multiplied by: the blue channel of a linear texture.
+    pub map_metallic: Option<TextureMap>,
+    /// What `roughness` is multiplied by: the green channel of a linear texture.
+    pub map_roughness: Option<TextureMap>,
+}
+
+/// A normal map: linear RGB in [0, 1] for x (along u), y (along v, up) and z (out of the surface) in [−1, 1].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NormalMap {
+    /// The texture.
+    pub map: TextureMap,
+    /// What x and y count times.
+    pub scale: f32,
+}
+
+impl Default for Model {
+    /// Without a highlight.
+    fn default() -> Self {
+        Self::Phong(Phong::default())
+    }
+}
+
+impl Model {
+    /// Phong with a highlight of reflectance `ks` and exponent `shininess`, and no mirror.
+    #[must_use]
+    pub const fn phong(ks: Vec3, shininess: f32) -> Self {
+        Self::Phong(Phong { ks, shininess, mirror: false })
+    }
 }
 
 impl Material {
@@ -69,7 +127,10 @@ impl Material {
     /// reflections.
     #[must_use]
     pub fn highlight_albedo(&self) -> Vec3 {
-        if self.mirror { Vec3::ZERO } else { self.ks * (2.0 / 3.0) }
+        match &self.model {
+            Model::Phong(phong) if !phong.mirror => phong.ks * (2.0 / 3.0),
+            _ => Vec3::ZERO,
+        }
     }
 
     /// A diffuse grey material, what a face without a material gets.
@@ -78,13 +139,13 @@ impl Material {
         Self {
             name: name.to_owned(),
             kd: Vec3::splat(0.8),
-            ks: Vec3::ZERO,
-            shininess: 0.0,
+            model: Model::default(),
             ke: Vec3::ZERO,
+            unlit: false,
             map_kd: None,
             map_ke: None,
             map_d: None,
-            mirror: false,
+            map_normal: None,
         }
     }
 
@@ -97,6 +158,18 @@ impl Material {
     /// Whether the material reflects a highlight.
     #[must_use]
     pub fn is_glossy(&self) -> bool {
-        self.ks.max_element() > 0.0
+        match &self.model {
+            Model::Phong(phong) => phong.ks.max_element() > 0.0,
+            Model::MetallicRoughness(_) => true,
+        }
+    }
+
+    /// The highlight of a Phong material; none for another.
+    #[must_use]
+    pub fn phong(&self) -> Phong {
+        match &self.model {
+            Model::Phong(phong) => *phong,
+            Model::MetallicRoughness(_) => Phong::default(),
+        }
     }
 }

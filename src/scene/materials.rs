@@ -1,7 +1,7 @@
 //! From MTL statements to what the renderer reflects and emits.
 
 use super::map_statement::MapStatement;
-use super::material::{Material, TextureMap};
+use super::material::{Material, Model, Phong, TextureMap};
 use super::mtl::{Map, MtlMaterial};
 use super::report::Report;
 use super::texel_source::Role;
@@ -55,7 +55,8 @@ pub(super) fn build(
         about.report.stand_in(&m.file, Some(m.line), format!("material {}: {MIRROR}", m.name));
     }
     about.unsupported();
-    Material { name: m.name.clone(), kd, ks, shininess, ke, map_kd, map_ke, map_d, mirror }
+    let model = Model::Phong(Phong { ks, shininess, mirror });
+    Material { name: m.name.clone(), kd, model, ke, unlit: false, map_kd, map_ke, map_d, map_normal: None }
 }
 
 const fn is_mirror_model(m: &MtlMaterial) -> bool {
@@ -187,9 +188,10 @@ mod tests {
     fn no_channel_gains_energy() {
         let mut report = Report::default();
         let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; 3], false, &mut report);
-        assert!((m.kd + m.ks).max_element() <= 1.0);
-        assert!((m.kd.x / m.ks.x - 9.0 / 7.0).abs() < 1e-5);
-        assert_eq!((m.kd.y, m.ks.y), (0.3, 0.3), "a sound channel is kept");
+        let ks = m.phong().ks;
+        assert!((m.kd + ks).max_element() <= 1.0);
+        assert!((m.kd.x / ks.x - 9.0 / 7.0).abs() < 1e-5);
+        assert_eq!((m.kd.y, ks.y), (0.3, 0.3), "a sound channel is kept");
         assert_eq!(report.faults.len(), 1);
     }
 
@@ -218,11 +220,12 @@ mod tests {
         let red = MtlMaterial { ns: None, ..glossy([0.8, 0.1, 0.1], [1.0; 3]) };
         for (ns, illum) in [(None, None), (Some(0.0), Some(2)), (None, Some(7))] {
             let m = build(&MtlMaterial { ns, illum, ..red.clone() }, [None; 3], false, &mut report);
-            assert_eq!((m.kd, m.ks), (Vec3::new(0.8, 0.1, 0.1), Vec3::ZERO), "{ns:?} {illum:?}");
+            assert_eq!((m.kd, m.phong().ks), (Vec3::new(0.8, 0.1, 0.1), Vec3::ZERO), "{ns:?} {illum:?}");
         }
         assert_eq!(report.faults.len(), 3);
         let mirror = build(&MtlMaterial { illum: Some(3), ..red }, [None; 3], false, &mut report);
-        assert!(mirror.mirror && mirror.ks.x > 0.5 && mirror.shininess == MIRROR_NS, "mirrors need none: {mirror:?}");
+        let Phong { ks, shininess, mirror } = mirror.phong();
+        assert!(mirror && ks.x > 0.5 && shininess == MIRROR_NS, "mirrors need none");
     }
 
     #[test]

@@ -55,6 +55,11 @@ fn reduce(from: &[[u8; 4]], from_extent: [u32; 2], to: &mut [[u8; 4]], to_extent
             let encode = |sum: Vec4| shared_exponent(sum.truncate());
             reduce_by(from, from_extent, to, to_extent, decode, encode);
         }
+        Encoding::Linear => {
+            let decode = |texel: [u8; 4]| Vec4::from(texel.map(f32::from));
+            let encode = |sum: Vec4| sum.to_array().map(|c| (c + 0.5) as u8);
+            reduce_by(from, from_extent, to, to_extent, decode, encode);
+        }
     }
 }
 

@@ -12,6 +12,8 @@ pub enum Encoding {
     /// RGB of any brightness: 8-bit mantissas with one exponent of 2 in A, biased by 128, as in Radiance files
     /// \[Ward91\]. 0 is black.
     SharedExponent,
+    /// RGB linear, at most 1: roughness, normals. A is of no use.
+    Linear,
 }
 
 /// The brightest value that a texel keeps: sums over it stay finite.
@@ -70,6 +72,12 @@ pub(super) fn of_shared_exponent([r, g, b, e]: [u8; 4]) -> Vec3 {
     // 0 and factors that are not normal numbers are black.
     let factor = f32::from_bits(u32::from(e.saturating_sub(9)) << 23);
     Vec3::new(f32::from(r), f32::from(g), f32::from(b)) * factor
+}
+
+/// The values of a linear texel.
+#[inline]
+pub(super) fn of_linear([r, g, b, _]: [u8; 4]) -> Vec3 {
+    Vec3::new(f32::from(r), f32::from(g), f32::from(b)) / 255.0
 }
 
 /// The linear colour of an sRGB texel.

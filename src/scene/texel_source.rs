@@ -17,6 +17,8 @@ pub(super) enum Role {
     Emission,
     /// A mask: one channel, by default alpha where it says something, else luminance.
     Mask,
+    /// Numbers, not a colour: RGB from 0 to 1, linear.
+    Data,
     /// The mask of a material that names none: alpha, where that is on both sides of the threshold of cut-outs.
     CutOut,
 }
@@ -34,7 +36,7 @@ impl Recipe {
     pub(super) fn new(role: Role, options: &MapOptions) -> Self {
         let levels = Levels { base: options.base, gain: options.gain };
         match role {
-            Role::Colour | Role::Emission => Self { role, channel: None, levels },
+            Role::Colour | Role::Emission | Role::Data => Self { role, channel: None, levels },
             Role::Mask => Self { role, channel: options.channel.filter(|&c| c != Channel::Z), levels },
             // The options are those of the colour.
             Role::CutOut => Self { role, channel: None, levels: Levels::AS_THEY_ARE },
@@ -48,6 +50,7 @@ impl Recipe {
                 Some(Content::Bright(self.levels))
             }
             Role::Colour | Role::Emission => Some(Content::Colour(self.levels)),
+            Role::Data => Some(Content::Data),
             Role::Mask => {
                 let says_something = || alpha_range(image).is_some_and(|[low, high]| low != high);
                 let usual = || if says_something() { Channel::M } else { Channel::L };
@@ -87,6 +90,8 @@ enum Content {
     Colour(Levels),
     /// By shared exponent.
     Bright(Levels),
+    /// Linear, alpha 1.
+    Data,
     /// White, with the mask in alpha.
     Scalar(Channel, Levels),
 }
@@ -95,6 +100,7 @@ impl Content {
     const fn encoding(self) -> Encoding {
         match self {
             Self::Bright(_) => Encoding::SharedExponent,
+            Self::Data => Encoding::Linear,
             Self::Colour(_) | Self::Scalar(..) => Encoding::Srgb,
         }
     }
@@ -127,7 +133,7 @@ fn texels(image: &DynamicImage, content: Content, room: usize) -> Vec<[u8; 4]> {
             let [r, g, b] = levels.of(c).to_array().map(srgb_code);
             [r, g, b, 255]
         }),
-        Content::Colour(Levels::AS_THEY_ARE) => from_bytes(image, room, |[r, g, b, _]| [r, g, b, 255]),
+        Content::Data | Content::Colour(Levels::AS_THEY_ARE) => from_bytes(image, room, |[r, g, b, _]| [r, g, b, 255]),
         Content::Colour(levels) => {
             let codes: [u8; 256] = std::array::from_fn(|i| srgb_code(levels.of(Vec3::splat(SRGB[i])).x));
             let code = |c: u8| codes[c as usize];

@@ -1,7 +1,7 @@
 //! Textures: texels of four bytes, sampled on the CPU by the rule that the colour pass follows too.
 
 use super::mipmap;
-use super::texel::{of_shared_exponent, of_srgb};
+use super::texel::{of_linear, of_shared_exponent, of_srgb};
 use glam::{Vec2, Vec3};
 
 pub(crate) use super::texel::SRGB;
@@ -56,7 +56,7 @@ impl Texture {
     pub fn encoded(name: String, [width, height]: [u32; 2], mut texels: Vec<[u8; 4]>, encoding: Encoding) -> Self {
         assert!(!texels.is_empty() && texels.len() as u64 == u64::from(width) * u64::from(height));
         let peak = match encoding {
-            Encoding::Srgb => 1.0,
+            Encoding::Srgb | Encoding::Linear => 1.0,
             Encoding::SharedExponent => texels.iter().map(|&t| of_shared_exponent(t).max_element()).fold(0.0, f32::max),
         };
         let extents = mipmap::extents(width, height);
@@ -118,6 +118,7 @@ impl Texture {
                 bilinear(texels, extent, uv, wrap, |texel| of_srgb(texel, table))
             }
             Encoding::SharedExponent => bilinear(texels, extent, uv, wrap, of_shared_exponent),
+            Encoding::Linear => bilinear(texels, extent, uv, wrap, of_linear),
         }
     }
 
@@ -132,6 +133,7 @@ impl Texture {
             match self.encoding {
                 Encoding::Srgb => texels.iter().map(|&t| of_srgb(t, table)).sum(),
                 Encoding::SharedExponent => texels.iter().map(|&t| of_shared_exponent(t)).sum(),
+                Encoding::Linear => texels.iter().map(|&t| of_linear(t)).sum(),
             }
         };
         rows.map(|row| sum(row) / width as f32).sum::<Vec3>() / height as f32

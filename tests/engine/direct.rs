@@ -4,7 +4,7 @@ use crate::support::by_hand::{Mirror, both_sides, engine, light, material, patch
 use glam::Vec3;
 use penombre::bsdf::lobe;
 use penombre::scene::light::LightKind;
-use penombre::scene::material::MaterialId;
+use penombre::scene::material::{MaterialId, Model};
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::f32::consts::PI;
 
@@ -226,8 +226,7 @@ fn specular_of_a_point_light_is_exact_and_follows_the_eye() {
     use penombre::refine::engine::Visible;
     let mut scene = Scene::default();
     let shiny = material(&mut scene, |m| {
-        m.ks = Vec3::splat(0.5);
-        m.shininess = 20.0;
+        m.model = Model::phong(Vec3::splat(0.5), 20.0);
     });
     let ids = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 4, shiny);
     let position = Vec3::new(0.5, 1.0, 0.0);
@@ -268,7 +267,7 @@ fn highlight(x: Vec3, eye: Vec3, s: f32, (side, height): (f32, f32), hides: impl
 fn half_hidden_highlights_of_a_large_lamp() {
     let (s, eye, size) = (30.0, Vec3::new(0.0, 0.9, 3.0), (3.0, 1.0));
     let mut scene = Scene::default();
-    let glossy = material(&mut scene, |m| (m.ks, m.shininess) = (Vec3::splat(0.5), s));
+    let glossy = material(&mut scene, |m| m.model = Model::phong(Vec3::splat(0.5), s));
     let ids = patch(&mut scene, Vec3::splat(-1.0) * (Vec3::X + Vec3::Z), Vec3::Z * 2.0, Vec3::X * 2.0, 24, glossy);
     lamp(&mut scene, Vec3::new(-1.5, 1.0, -1.5), Vec3::X * 3.0, Vec3::Z * 3.0);
     // A sheet over the left half.

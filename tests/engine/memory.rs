@@ -7,6 +7,7 @@ use glam::Vec3;
 use penombre::refine::engine::{Budget, Visible};
 use penombre::refine::options::Options;
 use penombre::scene::light::LightKind;
+use penombre::scene::material::Model;
 use penombre::scene::{FaceId, Scene, TriangleId};
 
 /// Balls of many sizes that stand in each other and in the walls of a room, seen with a few pixels a face.
@@ -14,7 +15,7 @@ fn balls() -> (Scene, Vec<FaceId>) {
     let mut scene = Scene::default();
     let [matt, glossy] = [0.0, 20.0].map(|shininess| {
         material(&mut scene, |m| {
-            (m.kd, m.ks, m.shininess) = (Vec3::splat(0.6), Vec3::splat(shininess * 0.01), shininess)
+            (m.kd, m.model) = (Vec3::splat(0.6), Model::phong(Vec3::splat(shininess * 0.01), shininess))
         })
     });
     room(&mut scene, [matt; 6], false);

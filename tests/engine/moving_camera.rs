@@ -10,6 +10,7 @@ use penombre::refine::options::Options;
 use penombre::refine::pixel_lists::FaceImage;
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::LightKind;
+use penombre::scene::material::Model;
 use penombre::scene::{FaceId, Scene};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -20,7 +21,7 @@ fn corridor() -> Scene {
     let mut scene = Scene::default();
     let grey = material(&mut scene, |m| m.kd = Vec3::splat(0.6));
     let glossy = material(&mut scene, |m| {
-        (m.kd, m.ks, m.shininess) = (Vec3::splat(0.4), Vec3::splat(0.3), 12.0);
+        (m.kd, m.model) = (Vec3::splat(0.4), Model::phong(Vec3::splat(0.3), 12.0));
     });
     for (origin, u, v, material) in [
         (Vec3::new(-4.0, 0.0, -0.5), Vec3::Z, Vec3::X * 8.0, grey),

@@ -11,6 +11,7 @@ use penombre::math::sequence::Sequence;
 use penombre::refine::engine::{Budget, Visible};
 use penombre::refine::options::{Options, Priority};
 use penombre::scene::light::LightKind;
+use penombre::scene::material::Model;
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::f32::consts::PI;
 use std::sync::LazyLock;
@@ -336,7 +337,7 @@ fn small_shadows_near_the_eye_are_found() {
 fn highlights_between_vertices_are_found() {
     let (eye, position, shininess) = (Vec3::new(-0.6, 0.9, 0.2), Vec3::new(0.7, 1.1, 0.05), 500.0);
     let mut scene = Scene::default();
-    let glossy = material(&mut scene, |m| (m.kd, m.ks, m.shininess) = (Vec3::ZERO, Vec3::ONE, shininess));
+    let glossy = material(&mut scene, |m| (m.kd, m.model) = (Vec3::ZERO, Model::phong(Vec3::ONE, shininess)));
     let ids = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 1, glossy);
     light(&mut scene, LightKind::Point { position, intensity: Vec3::ONE });
     let options = Options { shadow_size: 10.0, ..refine(0) };

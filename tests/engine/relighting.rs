@@ -7,6 +7,7 @@ use glam::Vec3;
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
 use penombre::scene::light::{LightKind, LightState};
+use penombre::scene::material::Model;
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::collections::BTreeMap;
 
@@ -28,8 +29,7 @@ pub(crate) fn room_with(factors: [Vec3; 2], position: Vec3) -> (Scene, Vec<Trian
     let white = material(&mut scene, |m| m.kd = Vec3::splat(0.6));
     let glossy = material(&mut scene, |m| {
         m.kd = Vec3::splat(0.4);
-        m.ks = Vec3::splat(0.3);
-        m.shininess = 20.0;
+        m.model = Model::phong(Vec3::splat(0.3), 20.0);
     });
     let bright = material(&mut scene, |m| m.ke = LAMP * factors[0]);
     let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);

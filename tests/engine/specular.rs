@@ -7,6 +7,7 @@ use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::replay::HostMesh;
 use penombre::refine::update::{Slot, SlotId};
 use penombre::scene::light::LightKind;
+use penombre::scene::material::Model;
 use penombre::scene::{FaceId, Scene};
 use std::time::Duration;
 
@@ -15,7 +16,7 @@ const EYES: [Vec3; 3] = [Vec3::new(0.0, 1.0, 3.0), Vec3::new(0.1, 1.0, 2.9), Vec
 /// A floor with highlights and a wall without, under a lamp; the floor has 128 faces.
 fn corner() -> (Scene, Vec<FaceId>) {
     let mut scene = Scene::default();
-    let glossy = material(&mut scene, |m| (m.ks, m.shininess) = (Vec3::splat(0.2), 10.0));
+    let glossy = material(&mut scene, |m| m.model = Model::phong(Vec3::splat(0.2), 10.0));
     let matte = material(&mut scene, |_| {});
     let mut seen = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 8, glossy);
     seen.extend(patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::X * 2.0, Vec3::Y * 2.0, 4, matte));

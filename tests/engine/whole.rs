@@ -6,12 +6,13 @@ use glam::Vec3;
 use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::replay::HostMesh;
 use penombre::scene::light::{LightKind, LightState};
+use penombre::scene::material::Model;
 use penombre::scene::{FaceId, Scene, TriangleId};
 
 /// A floor and a wall under a lamp, and a board that shades a part of them.
 fn corner() -> (Scene, Vec<TriangleId>) {
     let mut scene = Scene::default();
-    let grey = material(&mut scene, |m| (m.ks, m.shininess) = (Vec3::splat(0.2), 10.0));
+    let grey = material(&mut scene, |m| m.model = Model::phong(Vec3::splat(0.2), 10.0));
     let mut seen = patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::Z * 2.0, Vec3::X * 2.0, 2, grey);
     seen.extend(patch(&mut scene, Vec3::new(-1.0, 0.0, -1.0), Vec3::X * 2.0, Vec3::Y * 2.0, 2, grey));
     patch(&mut scene, Vec3::new(0.0, 0.5, -0.5), Vec3::Z * 0.5, Vec3::X * 0.5, 1, grey);

@@ -10,6 +10,7 @@ use penombre::reference::{Accumulator, Filter, Progressive, Settings, Strategy, 
 use penombre::scene::Scene;
 use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::{LightKind, LightState};
+use penombre::scene::material::Model;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 const FULL: Settings = Settings { filter: Filter::Point, transport: Transport::Full, strategy: Strategy::Both };
@@ -24,8 +25,7 @@ fn scene(factors: [Vec3; 2]) -> Scene {
     let mut scene = Scene::default();
     let white = material(&mut scene, |m| m.kd = Vec3::splat(0.6));
     let glossy = material(&mut scene, |m| {
-        m.ks = Vec3::splat(0.3);
-        m.shininess = 20.0;
+        m.model = Model::phong(Vec3::splat(0.3), 20.0);
     });
     let bright = material(&mut scene, |m| m.ke = LAMP * factors[0]);
     let (x, y, z) = (Vec3::X * 2.0, Vec3::Y * 2.0, Vec3::Z * 2.0);

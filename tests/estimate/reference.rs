@@ -11,6 +11,7 @@ use penombre::reference::{Accumulator, Filter, ReferenceImage, Settings, Strateg
 use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::coplanar::Coplanar;
 use penombre::scene::light::LightKind;
+use penombre::scene::material::{Model, Phong};
 use penombre::scene::{Scene, load};
 use std::f32::consts::PI;
 use std::path::Path;
@@ -92,8 +93,8 @@ fn glossy_patch(shininess: f32, mirror: bool) -> (Scene, Camera) {
     let walls = material(&mut scene, |m| (m.kd, m.ke) = (Vec3::splat(0.5), Vec3::ONE));
     room(&mut scene, [walls; 6], true);
     let glossy = material(&mut scene, |m| {
-        (m.kd, m.ks) = (Vec3::new(0.2, 0.1, 0.0), Vec3::new(0.3, 0.2, 0.5));
-        (m.shininess, m.mirror) = (shininess, mirror);
+        m.kd = Vec3::new(0.2, 0.1, 0.0);
+        m.model = Model::Phong(Phong { ks: Vec3::new(0.3, 0.2, 0.5), shininess, mirror });
     });
     let corner = Vec3::new(0.499, 0.5, 0.499);
     patch(&mut scene, corner, Vec3::Z * 0.002, Vec3::X * 0.002, 1, glossy);
@@ -119,7 +120,7 @@ fn glossy_furnace() {
 fn beyond_the_first_hit_the_method_reflects_diffusely() {
     let (kd, ks) = (Vec3::new(0.2, 0.4, 0.5), Vec3::new(0.6, 0.3, 0.1));
     let mut scene = Scene::default();
-    let walls = material(&mut scene, |m| (m.kd, m.ks, m.shininess, m.ke) = (kd, ks, 20.0, Vec3::ONE));
+    let walls = material(&mut scene, |m| (m.kd, m.model, m.ke) = (kd, Model::phong(ks, 20.0), Vec3::ONE));
     room(&mut scene, [walls; 6], true);
     let along_the_normal = camera(Vec3::new(0.5, 0.9, 0.5), Vec3::new(0.5, 0.0, 0.5), 0.1);
     let method = Settings { transport: Transport::Method, ..FULL };
@@ -137,7 +138,7 @@ fn gallery() -> (Scene, Camera) {
     let mut scene = Scene::default();
     let grey = material(&mut scene, |m| m.kd = Vec3::new(0.7, 0.5, 0.3));
     let glossy = material(&mut scene, |m| {
-        (m.kd, m.ks, m.shininess) = (Vec3::splat(0.2), Vec3::new(0.5, 0.6, 0.7), 60.0);
+        (m.kd, m.model) = (Vec3::splat(0.2), Model::phong(Vec3::new(0.5, 0.6, 0.7), 60.0));
     });
     room(&mut scene, [grey, grey, glossy, grey, grey, grey], false);
     let large = material(&mut scene, |m| (m.kd, m.ke) = (Vec3::splat(0.5), Vec3::splat(4.0)));
@@ -203,7 +204,7 @@ fn light_of_one_bounce_follows_the_form_factor() {
 #[test]
 fn nothing_shines_through_smooth_walls() {
     let mut scene = Scene::default();
-    let wall = material(&mut scene, |m| (m.kd, m.ks, m.shininess) = (Vec3::splat(0.5), Vec3::splat(0.5), 5.0));
+    let wall = material(&mut scene, |m| (m.kd, m.model) = (Vec3::splat(0.5), Model::phong(Vec3::splat(0.5), 5.0)));
     icosphere(&mut scene, Vec3::ZERO, 1.0, 0, true, wall);
     // Normals of the sphere on an icosahedron: they differ by up to 37° from its facets'.
     let inwards = |scene: &Scene, i: u32| -scene.positions[i as usize].normalize();

@@ -16,6 +16,7 @@ use penombre::refine::engine::{Budget, Engine, Visible};
 use penombre::refine::options::Options;
 use penombre::refine::update::Slot;
 use penombre::scene::light::{LightKind, LightState};
+use penombre::scene::material::Model;
 use penombre::scene::{FaceId, Scene, TriangleId};
 use std::f32::consts::PI;
 use std::fmt::Write as _;
@@ -50,7 +51,7 @@ fn hall(glossy: bool, plates: bool, factor: impl Fn(u32) -> Vec3) -> (Scene, Vec
     let mut scene = Scene::default();
     let grey = material(&mut scene, |m| {
         m.kd = Vec3::splat(0.5);
-        (m.ks, m.shininess) = if glossy { (Vec3::splat(0.3), 30.0) } else { (Vec3::ZERO, 0.0) };
+        m.model = if glossy { Model::phong(Vec3::splat(0.3), 30.0) } else { Model::default() };
     });
     let ids = patch(&mut scene, Vec3::new(-4.0, 0.0, -4.0), Vec3::Z * 8.0, Vec3::X * 8.0, 4, grey);
     for (corner, size) in (0..if plates { 5 } else { 0 }).map(plate) {

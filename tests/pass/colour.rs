@@ -6,6 +6,7 @@ use glam::{Vec2, Vec3};
 use penombre::pass::{FrameOptions, Layers, Renderer};
 use penombre::scene::camera::View;
 use penombre::scene::footprint::Footprint;
+use penombre::scene::material::Model;
 use penombre::scene::{EmissionSide, FaceId, Scene, TriangleId};
 
 const COLOUR: FrameOptions = FrameOptions {
@@ -44,7 +45,7 @@ fn magnified_textures_are_the_scenes_own_look_up() {
         let texture = add_texture(&mut scene, 6, 5, texel);
         let textured = add_material(&mut scene, |m| {
             m.kd = Vec3::new(0.9, 0.8, 0.7);
-            m.ks = Vec3::new(0.1, 0.05, 0.2);
+            m.model = Model::phong(Vec3::new(0.1, 0.05, 0.2), 0.0);
             m.map_kd = Some(texture.into());
         });
         // Coordinates from −1.3 on: repetition on both sides of zero.

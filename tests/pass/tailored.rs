@@ -6,6 +6,7 @@ use glam::Vec3;
 use penombre::pass::{FrameOptions, Layers, Renderer, RendererOptions};
 use penombre::refine::update::Slot;
 use penombre::scene::camera::ImageSize;
+use penombre::scene::material::Model;
 use penombre::scene::{Display, Scene};
 use penombre::vk::Device;
 use std::sync::Arc;
@@ -26,7 +27,7 @@ fn matte() -> Scene {
 }
 
 fn glossy() -> Scene {
-    scene(|scene| add_material(scene, |m| m.ks = Vec3::splat(0.4)))
+    scene(|scene| add_material(scene, |m| m.model = Model::phong(Vec3::splat(0.4), 0.0)))
 }
 
 fn coloured() -> Scene {

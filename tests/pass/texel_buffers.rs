@@ -7,6 +7,7 @@ use penombre::pass::{FrameOptions, Layers, Renderer, RendererOptions, UpdateMode
 use penombre::refine::update::Slot;
 use penombre::scene::Scene;
 use penombre::scene::camera::ImageSize;
+use penombre::scene::material::Model;
 use penombre::vk::Device;
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ fn scene() -> Scene {
     let pattern = add_texture(&mut scene, 64, 32, |x, y| [(x * 4) as u8, (y * 8) as u8, (x ^ y) as u8, 255]);
     let holes = add_texture(&mut scene, 4, 4, |x, y| [255, 255, 255, if (x + y) % 2 == 0 { 255 } else { 0 }]);
     let lamp = add_material(&mut scene, |m| {
-        (m.ke, m.ks) = (Vec3::new(3.0, 2.0, 0.5), Vec3::splat(0.1));
+        (m.ke, m.model) = (Vec3::new(3.0, 2.0, 0.5), Model::phong(Vec3::splat(0.1), 0.0));
         (m.map_kd, m.map_ke) = (Some(pattern.into()), Some(pattern.into()));
     });
     let masked = add_material(&mut scene, |m| m.map_d = Some(holes.into()));

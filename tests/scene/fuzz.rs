@@ -32,8 +32,12 @@ fn check(path: &Path) -> Result<(), TestCaseError> {
             prop_assert!(scene.uvs.iter().flatten().all(|uv| uv.is_finite()));
             prop_assert!(scene.triangles.iter().flatten().all(|&i| (i as usize) < scene.positions.len()));
             for m in &scene.materials {
-                prop_assert!(m.kd.min_element() >= 0.0 && m.ks.min_element() >= 0.0 && m.ke.min_element() >= 0.0);
-                prop_assert!((m.kd + m.ks).max_element() <= 1.0 && m.ke.is_finite() && m.shininess.is_finite());
+                prop_assert!(
+                    m.kd.min_element() >= 0.0 && m.phong().ks.min_element() >= 0.0 && m.ke.min_element() >= 0.0
+                );
+                prop_assert!(
+                    (m.kd + m.phong().ks).max_element() <= 1.0 && m.ke.is_finite() && m.phong().shininess.is_finite()
+                );
             }
         }
         Err(Error::Input(report)) => prop_assert!(report.has_errors()),

@@ -98,7 +98,10 @@ fn check_invariants(loaded: &Loaded) {
         assert!(scene.normals[t].iter().all(|n| n.is_normalized() && n.dot(front) >= 0.0), "{t}");
         assert!(scene.uvs[t].iter().all(|uv| uv.is_finite()), "{t}");
         let m = scene.material(id);
-        assert!((m.kd + m.ks).max_element() <= 1.0 && m.shininess.is_finite() && m.ke.is_finite(), "{m:?}");
+        assert!(
+            (m.kd + m.phong().ks).max_element() <= 1.0 && m.phong().shininess.is_finite() && m.ke.is_finite(),
+            "{m:?}"
+        );
     }
     let mut bits: Vec<_> = scene.positions.iter().map(|p| p.to_array().map(f32::to_bits)).collect();
     bits.sort_unstable();

@@ -12,6 +12,7 @@ use penombre::app::views::View as DebugView;
 use penombre::pass::LuminanceLayers;
 use penombre::scene::Scene;
 use penombre::scene::light::LightKind;
+use penombre::scene::material::Model;
 use penombre::session::{Session, Unobserved};
 use std::path::PathBuf;
 
@@ -20,7 +21,7 @@ const TO: Vec3 = Vec3::new(0.1, 0.3, -0.6);
 /// The room, glossy.
 fn glossy_room() -> Scene {
     let mut scene = room();
-    (scene.materials[0].ks, scene.materials[0].shininess) = (Vec3::splat(0.3), 10.0);
+    scene.materials[0].model = Model::phong(Vec3::splat(0.3), 10.0);
     scene
 }
 
