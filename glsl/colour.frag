@@ -8,6 +8,8 @@
 #include "texture.glsl"
 #include "barycentrics.glsl"
 #include "half.glsl"
+#include "normals.glsl"
+#include "metallic_roughness.glsl"
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 // What some of the scene needs (src/pass/needs.rs).
@@ -45,7 +47,11 @@ void main() {
     bool emits = m.ke != vec3(0.0) && (!back || frame.emits_back != 0u);
     vec2 uv[3] = vec2[3](vec2(0.0), vec2(0.0), vec2(0.0)); // at the pixel, its right and its lower neighbour
     bool painted = VERTEX_COLOURS && frame.colours != uvec2(0u);
-    if ((VERTEX_COLOURS || TEXTURES) && (painted || m.map_kd != NONE || (emits && m.map_ke != NONE))) {
+    bool rough = METALLIC_ROUGHNESS && m.metallic >= 0.0;
+    bool turned = NORMAL_MAPS && m.map_normal != NONE;
+    vec3 normal = vec3(0.0); // of the side that shows
+    if ((VERTEX_COLOURS || TEXTURES || METALLIC_ROUGHNESS || NORMAL_MAPS) &&
+        (painted || rough || turned || m.map_kd != NONE || (emits && m.map_ke != NONE))) {
         uvec3 corners = triangle_corners(triangle);
         vec3 a = position_at(corners.x);
         vec3 edge1 = position_at(corners.y) - a;
@@ -61,7 +67,15 @@ void main() {
             if (painted && i == 0) {
                 m.kd *= vertex_colour(triangle, b);
             }
+            if ((rough || turned) && i == 0) {
+                normal = shading_normal(triangle, b);
+            }
         }
+        if (turned) {
+            vec3 texel = texture_filtered(m.map_normal, uv[0], uv[1] - uv[0], uv[2] - uv[0]);
+            normal = mapped_normal(normal, edge1, edge2, uv_b - uv_a, uv_c - uv_a, texel, m.normal_scale);
+        }
+        normal = back ? -normal : normal;
     }
     m.ke = emits ? m.ke * frame.emission_scale : vec3(0.0);
     // One look-up's code in a loop, for k_d, then for L_e: a second turn only where a pixel needs it (see texture_filtered).
@@ -83,6 +97,17 @@ void main() {
             next = NONE;
             again = map != NONE;
         } while (again);
+    }
+    if (rough) {
+        if (m.map_metallic != NONE) {
+            m.metallic *= texture_filtered(m.map_metallic, uv[0], uv[1] - uv[0], uv[2] - uv[0]).b;
+        }
+        if (m.map_roughness != NONE) {
+            m.roughness *= texture_filtered(m.map_roughness, uv[0], uv[1] - uv[0], uv[2] - uv[0]).g;
+        }
+        vec2 ndc = (gl_FragCoord.xy + frame.jitter) * frame.pixel - 1.0;
+        vec3 to_eye = -normalize(frame.forward + frame.right * ndc.x + frame.down * ndc.y);
+        metallic_roughness(m.kd, m.metallic, m.roughness, m.f0, dot(normal, to_eye), m.kd, m.ks);
     }
     out_kd = stored(m.kd);
     out_ks = stored(m.ks);

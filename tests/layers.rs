@@ -15,7 +15,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("trace", &[]),
     ("scene", &["math", "error", "trace"]),
     ("geom", &["math", "error", "scene"]),
-    ("bsdf", &["math"]),
+    ("bsdf", &["math", "scene"]),
     ("light", &["math", "error", "scene", "geom", "bsdf"]),
     ("estimate", &["math", "error", "scene", "geom", "bsdf", "light"]),
     ("cache", &["math", "error", "scene", "geom", "bsdf", "light", "estimate"]),
@@ -26,7 +26,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("log", &["math", "error", "scene", "image", "trace", "refine::update"]),
     ("vk", &["math", "error", "trace"]),
     ("compare", &["math", "error", "scene", "image", "log", "vk", "pass", "refine::update", "refine::replay"]),
-    ("pass", &["math", "error", "scene", "vk", "image", "log", "trace", "refine::update"]),
+    ("pass", &["math", "error", "scene", "bsdf", "vk", "image", "log", "trace", "refine::update"]),
     (
         "session",
         &[

@@ -37,6 +37,14 @@ struct Material {
     uint map_d;
     vec3 ke;
     uint map_ke;
+    vec3 f0; // what slots are lit with, of the metallic-roughness model
+    uint map_metallic;
+    float metallic; // negative for Phong
+    float roughness;
+    uint map_roughness;
+    uint map_normal;
+    float normal_scale;
+    uint padding[3]; // to whole texels
 };
 
 // A texture's mip chain, index of each level's first texel; looked up at uv * scale + offset.
@@ -106,6 +114,7 @@ struct Frame {
     Textures textures;
     Texels texels;
     uvec2 colours; // address of three vertex colours a triangle, 0 without any
+    uvec2 normals; // address of three shading normals a triangle, 0 where none is needed
     Slots slots;
     DrawnTriangles drawn_triangles;
     DrawnList drawn_list;

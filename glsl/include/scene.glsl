@@ -4,6 +4,9 @@
 #extension GL_EXT_samplerless_texture_functions : require
 
 layout(constant_id = 0) const bool TEXEL_BUFFERS = false; // src/pass/texel_buffers.rs
+// What some of the scene needs (src/pass/needs.rs).
+layout(constant_id = 9) const bool METALLIC_ROUGHNESS = true;
+layout(constant_id = 10) const bool NORMAL_MAPS = true;
 
 layout(set = 0, binding = 7) uniform utextureBuffer position_quads;
 layout(set = 0, binding = 8) uniform utextureBuffer triangle_quads;
@@ -17,7 +20,7 @@ layout(set = 0, binding = 15) uniform utextureBuffer drawn_list_words;
 
 // Quads or words of each struct (src/pass/shared.rs).
 const uint TRIANGLE_QUADS = 3u;
-const uint MATERIAL_QUADS = 3u;
+const uint MATERIAL_QUADS = 6u;
 const uint TEXTURE_QUADS = 6u;
 const uint SLOT_WORDS = 10u;
 const uint DRAWN_TRIANGLE_WORDS = 5u;
@@ -82,8 +85,25 @@ Material material_at(uint material) {
         uvec4 diffuse = QUAD(material_quads, first);
         uvec4 specular = QUAD(material_quads, first + 1u);
         uvec4 emitted = QUAD(material_quads, first + 2u);
-        return Material(uintBitsToFloat(diffuse.xyz), diffuse.w, uintBitsToFloat(specular.xyz), specular.w,
-                        uintBitsToFloat(emitted.xyz), emitted.w);
+        Material m;
+        m.kd = uintBitsToFloat(diffuse.xyz);
+        m.map_kd = diffuse.w;
+        m.ks = uintBitsToFloat(specular.xyz);
+        m.map_d = specular.w;
+        m.ke = uintBitsToFloat(emitted.xyz);
+        m.map_ke = emitted.w;
+        if (METALLIC_ROUGHNESS || NORMAL_MAPS) {
+            uvec4 reflected = QUAD(material_quads, first + 3u);
+            uvec4 rough = QUAD(material_quads, first + 4u);
+            m.f0 = uintBitsToFloat(reflected.xyz);
+            m.map_metallic = reflected.w;
+            m.metallic = uintBitsToFloat(rough.x);
+            m.roughness = uintBitsToFloat(rough.y);
+            m.map_roughness = rough.z;
+            m.map_normal = rough.w;
+            m.normal_scale = uintBitsToFloat(QUAD(material_quads, first + 5u).x);
+        }
+        return m;
     }
     return frame.materials.at[material];
 }

@@ -4,6 +4,7 @@
 // What some texture of the scene needs (src/pass/needs.rs).
 layout(constant_id = 7) const bool BRIGHT_TEXTURES = true;
 layout(constant_id = 8) const bool CLAMPED_TEXTURES = true;
+layout(constant_id = 11) const bool LINEAR_TEXTURES = true;
 
 vec3 linear_from_srgb(vec3 c) {
     vec3 curve = pow((c + 0.055) / 1.055, vec3(2.4));
@@ -25,6 +26,9 @@ vec3 texel(uint first, int width, ivec2 p, uint flags) {
     if (BRIGHT_TEXTURES && (flags & SHARED_EXPONENT) != 0u) {
         uvec3 mantissas = uvec3(bits, bits >> 8, bits >> 16) & 255u;
         return vec3(mantissas) * uintBitsToFloat((max(bits >> 24, 9u) - 9u) << 23);
+    }
+    if (LINEAR_TEXTURES && (flags & LINEAR) != 0u) {
+        return unpackUnorm4x8(bits).rgb;
     }
     return linear_from_codes(bits);
 }

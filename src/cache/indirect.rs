@@ -169,10 +169,12 @@ impl Cache {
     fn light_of(&self, sum: &LightVector, slot: SlotId, eye: Vec3) -> SlotLight {
         let record = &self.slots[slot];
         let to_eye = (eye - self.vertices[record.vertex].position).normalize_or(record.normal());
-        let specular = record.shininess().filter(|_| !record.mirror);
-        let specular = specular.map_or(Vec3::ZERO, |s| sum.specular(record.normal(), to_eye, s));
+        let gloss = self.gloss(slot);
+        let specular = gloss.filter(|gloss| !gloss.is_mirror());
+        let specular = specular.map_or(Vec3::ZERO, |gloss| sum.specular(&gloss.seen(record.normal(), to_eye)));
+        let share = gloss.map_or(1.0, |gloss| sum.diffuse_share(gloss, record.normal()));
         let variance = sum.variance_of_mean() / (PI * PI);
-        SlotLight { diffuse: sum.irradiance() / PI, specular, variance, known: true, ..SlotLight::default() }
+        SlotLight { diffuse: sum.irradiance() * (share / PI), specular, variance, known: true, ..SlotLight::default() }
     }
 }
 

@@ -4,7 +4,7 @@ use super::ids::SlotId;
 use super::slot::Luminance;
 use super::store::Cache;
 use super::vertex::{Left, Vertex};
-use crate::bsdf::lobe;
+use crate::bsdf::Gloss;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
 use crate::light::appearance::Appearance;
 use crate::light::arrival::Arrival;
@@ -47,6 +47,9 @@ pub struct Shown {
     /// Whether all of it is a guess by what was found around its vertex, which was never visited.
     pub guessed: bool,
 }
+
+/// Stands for the highlight that a matt surface has not.
+const MATT: Gloss = Gloss::Phong { shininess: 0.0, mirror: false };
 
 /// Luminance of a highlight against its light's diffuse one up to which it has the light's mean colour.
 const COLOURLESS: f32 = 1e-3;
@@ -258,8 +261,8 @@ struct LitSlot<'a> {
     context: &'a SceneContext<'a>,
     vertex: &'a Vertex,
     receiver: Receiver,
-    /// Whether its material has highlights.
-    shines: bool,
+    /// Its highlight.
+    gloss: Option<Gloss>,
     /// Whether it was never visited, so that what it sees of lights is a guess by what was found around it.
     is_guess: bool,
 }
@@ -269,14 +272,12 @@ impl<'a> LitSlot<'a> {
     fn new(context: &'a SceneContext<'a>, cache: &'a Cache, slot: SlotId, eye: Vec3) -> Self {
         let record = &cache.slots[slot];
         let vertex = &cache.vertices[record.vertex];
-        let receiver = Receiver {
-            x: vertex.position,
-            normal: record.normal(),
-            to_eye: (eye - vertex.position).normalize_or(record.normal()),
-            shininess: record.shininess().unwrap_or(0.0),
-        };
+        let (normal, gloss) = (record.normal(), cache.gloss(slot));
+        let to_eye = (eye - vertex.position).normalize_or(normal);
+        let lobe = gloss.unwrap_or(MATT).seen(normal, to_eye);
+        let receiver = Receiver { x: vertex.position, normal, to_eye, lobe };
         let is_guess = !vertex.progress.visited && cache.prior.knows_any();
-        Self { context, vertex, receiver, shines: record.shininess().is_some(), is_guess }
+        Self { context, vertex, receiver, gloss, is_guess }
     }
 
     /// Light of a light group.
@@ -305,7 +306,11 @@ impl<'a> LitSlot<'a> {
         }
         let (irradiance, unoccluded) = self.irradiance(&appearance, samples);
         let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO };
-        if self.shines && fraction > 0.0 {
+        if let Some(gloss) = self.gloss {
+            let share = appearance.diffuse_share(x, normal, gloss);
+            part = Part { irradiance: irradiance * share, unoccluded: unoccluded * share, ..part };
+        }
+        if self.gloss.is_some() && fraction > 0.0 {
             let full = self.highlight(&appearance, luminance(unoccluded) * COLOURLESS);
             if full != Vec3::ZERO {
                 part.specular = full * self.lobe_visibility(samples);
@@ -316,20 +321,25 @@ impl<'a> LitSlot<'a> {
 
     /// Light of a source as if nothing occluded it where it need not be exact, since how much of it is visible is a guess.
     fn guess(&self, source: &Source) -> Option<Part> {
-        let Receiver { x, normal, to_eye, shininess } = self.receiver;
+        let Receiver { x, normal, .. } = self.receiver;
         let Source::Area(area) = source else { return None };
         let (unoccluded, direction) = if self.is_guess { area.from_afar(x, normal) } else { None }?;
-        let lobe = if self.shines { lobe(shininess, normal, direction, to_eye) } else { 0.0 };
-        Some(Part { irradiance: unoccluded, unoccluded, specular: unoccluded * lobe })
+        Some(self.reflected(unoccluded, direction, 1.0))
     }
 
     /// Light of a single direction, of which a fraction is visible.
     fn of_direction(&self, arrival: &Arrival, fraction: f32) -> Part {
-        let Receiver { normal, to_eye, shininess, .. } = self.receiver;
-        let unoccluded = arrival.irradiance(normal);
-        let irradiance = unoccluded * fraction;
-        let lobe = if self.shines { lobe(shininess, normal, arrival.direction, to_eye) } else { 0.0 };
-        Part { irradiance, unoccluded, specular: irradiance * lobe }
+        self.reflected(arrival.irradiance(self.receiver.normal), arrival.direction, fraction)
+    }
+
+    /// Light of an irradiance without occlusion from a unit direction, of which a fraction is visible.
+    fn reflected(&self, unoccluded: Vec3, direction: Vec3, fraction: f32) -> Part {
+        let Some(gloss) = self.gloss else {
+            return Part { irradiance: unoccluded * fraction, unoccluded, specular: Vec3::ZERO };
+        };
+        let share = gloss.diffuse_in(self.receiver.normal.dot(direction));
+        let specular = unoccluded * fraction * self.receiver.lobe.value(direction);
+        Part { irradiance: unoccluded * (fraction * share), unoccluded: unoccluded * share, specular }
     }
 
     /// Light of a group: what its sources send without occlusion, each exactly, times the fraction that they share.
@@ -358,8 +368,9 @@ impl<'a> LitSlot<'a> {
         let appearance = source.appearance(self.receiver.x, self.receiver.normal);
         let unoccluded = appearance.irradiance(self.context.scene, &self.receiver);
         let floor = luminance(unoccluded) * COLOURLESS;
-        let specular = if self.shines { self.highlight(&appearance, floor) } else { Vec3::ZERO };
-        Part { irradiance: unoccluded, unoccluded, specular }
+        let Some(gloss) = self.gloss else { return Part { irradiance: unoccluded, unoccluded, specular: Vec3::ZERO } };
+        let shown = unoccluded * appearance.diffuse_share(self.receiver.x, self.receiver.normal, gloss);
+        Part { irradiance: shown, unoccluded: shown, specular: self.highlight(&appearance, floor) }
     }
 
     /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible
@@ -389,13 +400,13 @@ impl<'a> LitSlot<'a> {
         if visibility.points == 0 || fraction == 1.0 {
             return fraction;
         }
-        let Receiver { normal, to_eye, shininess, .. } = self.receiver;
+        let Receiver { normal, lobe, .. } = self.receiver;
         let points = self.context.points(&self.vertex.shading_point(), light);
         let (mut seen, mut all) = (0.0, 0.0);
         for (index, visible) in visibility.remembered() {
             if let Some(a) = points.sample(self.context.scene, index) {
                 let cosine = normal.dot(a.direction).max(0.0);
-                let weight = luminance(a.facing) * cosine * lobe(shininess, normal, a.direction, to_eye);
+                let weight = luminance(a.facing) * cosine * luminance(lobe.value(a.direction));
                 all += weight;
                 seen += if visible { weight } else { 0.0 };
             }

@@ -12,6 +12,7 @@ pub mod direct;
 pub mod drawn_mesh;
 mod filter;
 pub mod gather;
+mod glosses;
 pub mod ids;
 pub mod indirect;
 pub mod indirect_layer;

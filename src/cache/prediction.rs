@@ -113,7 +113,7 @@ impl Cache {
     fn turned(&self, slot: SlotId, other: SlotId, eye: Eye<'_>) -> SlotLight {
         let (record, gathered, other) = (&self.slots[slot], self.indirect.sum(slot), &self.slots[other]);
         let gain = if gathered.samples() > 0 { gathered.turning(record.normal(), other.normal()) } else { 1.0 };
-        let as_glossy = (record.shininess(), record.mirror) == (other.shininess(), other.mirror);
+        let as_glossy = record.gloss() == other.gloss();
         let specular = if as_glossy { eye.specular.get(slot).indirect } else { Vec3::ZERO };
         SlotLight { diffuse: record.indirect().diffuse * gain, ..SlotLight::new(record.indirect(), specular) }
     }

@@ -14,7 +14,7 @@ pub use super::kept_luminance::Luminance;
 /// than what extrapolation by a raster step can make of 0.
 pub const COVERED_WEIGHT: f32 = 4e-3;
 
-/// One shading normal (and exponent) of a vertex, with the luminance known there in any view.
+/// One shading normal (and highlight) of a vertex, with the luminance known there in any view.
 #[derive(Clone, Debug)]
 pub struct SlotRecord {
     /// The vertex whose samples it shares.
@@ -23,10 +23,8 @@ pub struct SlotRecord {
     pub next: Link<SlotId>,
     /// Shading normal, on the vertex's side.
     normal: UnitVector,
-    /// Phong exponent where the surface is glossy, [`MATT`] elsewhere.
-    exponent: f32,
-    /// Whether it is meant to mirror: until there are reflections its highlight shows direct light only.
-    pub mirror: bool,
+    /// Its highlight, or [`MATT`].
+    gloss: u16,
     direct: KeptLuminance,
     indirect: KeptLuminance,
     /// Where the slots are listed that it lies between.
@@ -38,8 +36,12 @@ pub struct SlotRecord {
     pub(super) first_between: Link<BetweenId>,
 }
 
-/// Exponent that stands for a surface without highlights.
-const MATT: f32 = -1.0;
+/// The highlight of a surface, by its place among those of the scene ([`super::glosses`]).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GlossId(pub(super) u16);
+
+/// A surface without highlights.
+const MATT: u16 = u16::MAX;
 
 /// Lowest rank of slots inside the faces: predicted after all base vertices.
 pub const INSIDE: u8 = 8;
@@ -101,19 +103,17 @@ pub struct Eye<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Look {
     pub(super) normal: Vec3,
-    pub(super) shininess: Option<f32>,
-    pub(super) mirror: bool,
+    pub(super) gloss: Option<GlossId>,
 }
 
 impl SlotRecord {
     /// A slot of which no light is known.
-    pub(super) fn new(vertex: VertexId, next: Link<SlotId>, Look { normal, shininess, mirror }: Look) -> Self {
+    pub(super) fn new(vertex: VertexId, next: Link<SlotId>, Look { normal, gloss }: Look) -> Self {
         Self {
             vertex,
             next,
             normal: UnitVector::new(normal),
-            exponent: shininess.unwrap_or(MATT),
-            mirror,
+            gloss: gloss.map_or(MATT, |gloss| gloss.0),
             direct: KeptLuminance::default(),
             indirect: KeptLuminance::default(),
             between: Place::default(),
@@ -124,7 +124,7 @@ impl SlotRecord {
 
     /// Whether it has this look. Coplanar facets may differ in the last bits of their normals; 1e-6 is 0.08°.
     pub(super) fn looks(&self, look: Look) -> bool {
-        (self.shininess(), self.mirror) == (look.shininess, look.mirror) && self.normal().dot(look.normal) > 1.0 - 1e-6
+        self.gloss() == look.gloss && self.normal().dot(look.normal) > 1.0 - 1e-6
     }
 
     /// Unit shading normal, on the vertex's side.
@@ -164,10 +164,11 @@ impl SlotRecord {
         self.indirect = KeptLuminance::new(light);
     }
 
-    /// Phong exponent where the surface is glossy.
+    /// Its highlight, where the surface is glossy: [`super::store::Cache::gloss`] tells what that is.
     #[must_use]
-    pub fn shininess(&self) -> Option<f32> {
-        (self.exponent >= 0.0).then_some(self.exponent)
+    #[inline]
+    pub fn gloss(&self) -> Option<GlossId> {
+        (self.gloss != MATT).then_some(GlossId(self.gloss))
     }
 
     /// Whether it belongs to a base vertex.

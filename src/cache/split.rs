@@ -3,7 +3,7 @@
 
 use super::between::Between;
 use super::ids::{BetweenId, DrawnId, NodeId, SlotId, VertexId};
-use super::slot::{INSIDE, Look, SlotRecord};
+use super::slot::{GlossId, INSIDE, Look, SlotRecord};
 use super::store::Cache;
 use super::topology::Children;
 use super::vertex::{Vertex, VertexName};
@@ -44,7 +44,8 @@ impl Cache {
             let there = self.names.get(&name(group.index)).copied();
             there.unwrap_or_else(|| self.add_base_vertex(scene, name(group.index), &group))
         });
-        self.slot(vertex, slot_look(scene, position, triangle, back))
+        let look = self.corner_look(scene, position, triangle, back);
+        self.slot(vertex, look)
     }
 
     /// Creates a vertex with the slots of all facets of its group, visible or not: its rays serve them all.
@@ -52,7 +53,8 @@ impl Cache {
         let vertex = self.vertices.insert(Vertex::base(scene, name, group, self.scale));
         self.names.insert(name, vertex);
         for &facet in &group.facets {
-            self.slot(vertex, slot_look(scene, name.position, facet, name.back));
+            let look = self.corner_look(scene, name.position, facet, name.back);
+            self.slot(vertex, look);
         }
         vertex
     }
@@ -91,7 +93,7 @@ impl Cache {
         let ends = [node.corners[at], node.corners[(at + 1) % 3]];
         let [a, b] = ends.map(|slot| &self.slots[slot]);
         let normal = (a.normal() + b.normal()).normalize_or(a.normal());
-        let look = Look { normal, shininess: a.shininess(), mirror: a.mirror };
+        let look = Look { normal, gloss: self.gloss_inside(id, self.vertices[vertex].position) };
         let slot = self.slot(vertex, look);
         if self.between(slot).is_none() {
             self.note_between(slot, Between { of: &ends.map(|end| (end, 0.5)), coarse: false });
@@ -120,7 +122,24 @@ impl Cache {
         let corners = self.topology.nodes[id].corners.map(|slot| &self.slots[slot]);
         let [a, ..] = corners;
         let sum: Vec3 = corners.iter().zip(weights).map(|(corner, weight)| corner.normal() * weight).sum();
-        Look { normal: sum.normalize_or(a.normal()), shininess: a.shininess(), mirror: a.mirror }
+        let positions = self.corner_positions(id).into_iter().zip(weights);
+        let place = positions.map(|(position, weight)| position * weight).sum();
+        Look { normal: sum.normalize_or(a.normal()), gloss: self.gloss_inside(id, place) }
+    }
+
+    /// The highlight at a place of a node.
+    fn gloss_inside(&self, id: NodeId, place: Vec3) -> Option<GlossId> {
+        let node = &self.topology.nodes[id];
+        self.glosses.at(node.face.triangle(), place, 0.5_f32.powi(i32::from(node.level) + 1))
+    }
+
+    /// Shading normal and gloss of a triangle's corner at `position`, on the given side.
+    fn corner_look(&self, scene: &Scene, position: u32, triangle: TriangleId, back: bool) -> Look {
+        let t = triangle.0 as usize;
+        let corner = scene.triangles[t].iter().position(|&p| p == position).unwrap_or(0);
+        let front = scene.normals[t][corner];
+        let gloss = self.glosses.at(triangle, scene.positions[position as usize], 0.5);
+        Look { normal: if back { -front } else { front }, gloss }
     }
 
     /// Draws a leaf through the midpoints on its edges, so that no crack or kink shows (conforming triangulation).
@@ -153,17 +172,6 @@ impl Cache {
             _ => vec![c],
         }
     }
-}
-
-/// Shading normal and gloss of a triangle's corner at `position`, on the given side.
-fn slot_look(scene: &Scene, position: u32, triangle: TriangleId, back: bool) -> Look {
-    let t = triangle.0 as usize;
-    let corner = scene.triangles[t].iter().position(|&p| p == position).unwrap_or(0);
-    let front = scene.normals[t][corner];
-    let material = scene.material(triangle);
-    let normal = if back { -front } else { front };
-    let phong = material.phong();
-    Look { normal, shininess: material.is_glossy().then_some(phong.shininess), mirror: phong.mirror }
 }
 
 #[cfg(test)]

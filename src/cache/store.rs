@@ -7,6 +7,7 @@
 use super::between::{Between, BetweenLists};
 use super::coarse_grids::CoarseGrids;
 use super::drawn_mesh::{DrawnMesh, DrawnTriangle};
+use super::glosses::Glosses;
 use super::ids::{BetweenId, DrawnId, NodeId, SlotId, VertexId};
 use super::indirect_layer::{IndirectLayer, ShownAs};
 use super::irradiance_prior::IrradiancePrior;
@@ -18,6 +19,7 @@ use super::slot::{COVERED_WEIGHT, SlotRecord};
 use super::topology::Topology;
 use super::vertex::{Vertex, VertexName};
 use super::visibility_prior::VisibilityPrior;
+use crate::bsdf::Gloss;
 use crate::estimate::penumbra::Penumbrae;
 use crate::scene::{FaceId, Scene};
 use glam::Vec3;
@@ -32,6 +34,8 @@ pub struct Cache {
     pub vertices: Pool<VertexId, Vertex>,
     /// Their slots.
     pub slots: Pool<SlotId, SlotRecord>,
+    /// The highlights that they have.
+    pub(super) glosses: Glosses,
     /// Which of them lie between which.
     pub(super) between: BetweenLists,
     /// The hierarchy.
@@ -65,19 +69,27 @@ pub struct Cache {
 impl Cache {
     /// An empty cache for a scene with so many light groups.
     #[must_use]
-    pub fn new(scene: &Scene, groups: usize) -> Self {
+    pub fn new(scene: &Arc<Scene>, groups: usize) -> Self {
         let scale = scene.scale();
         let low = scene.bounds().map_or(Vec3::ZERO, |(low, _)| low);
         let radiance = Arc::new(RadianceGrid::new(low, scene.diagonal()));
         let prior = VisibilityPrior::new(groups, scale);
         let (penumbrae, expected) = (Penumbrae::new(groups), IrradiancePrior::new(scale));
-        Self { layers: vec![Layer::default(); groups], expected, prior, penumbrae, radiance, scale, ..Self::default() }
+        let layers = vec![Layer::default(); groups];
+        Self { glosses: Glosses::new(scene), layers, expected, prior, penumbrae, radiance, scale, ..Self::default() }
     }
 
     /// The root of `face`, if there is one.
     #[must_use]
     pub fn root_of(&self, face: FaceId) -> Option<NodeId> {
         self.roots.get(&face).copied()
+    }
+
+    /// The highlight of a slot, where its surface is glossy.
+    #[must_use]
+    #[inline]
+    pub fn gloss(&self, slot: SlotId) -> Option<Gloss> {
+        self.slots[slot].gloss().map(|id| self.glosses.get(id))
     }
 
     /// The slots of a vertex.

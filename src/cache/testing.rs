@@ -12,6 +12,7 @@ use crate::scene::material::{Material, MaterialId};
 use crate::scene::{FaceId, Scene, TriangleId};
 use glam::{Vec2, Vec3};
 use std::f32::consts::PI;
+use std::sync::Arc;
 
 /// A scene with the roots of the front faces of its triangles.
 pub struct Rooted {
@@ -48,7 +49,7 @@ pub fn star() -> Rooted {
 
 /// The cache of a scene without lights, with its front faces.
 pub fn rooted(scene: Scene) -> Rooted {
-    let (mut cache, mut weld) = (Cache::new(&scene, 0), Weld::new(&scene));
+    let (mut cache, mut weld) = (Cache::new(&Arc::new(scene.clone()), 0), Weld::new(&scene));
     let faces = (0..scene.triangles.len() as u32).map(|t| FaceId::new(TriangleId(t), false));
     let roots = faces.map(|face| cache.root(&scene, &mut weld, face)).collect();
     Rooted { scene, cache, roots }

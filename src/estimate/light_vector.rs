@@ -5,9 +5,9 @@
 //! hemisphere.
 
 use super::hemisphere::Sample;
+use crate::bsdf::{Gloss, Lobe, SpreadLight};
 use crate::math::luminance;
 use glam::Vec3;
-use std::f32::consts::TAU;
 
 /// Light gathered at one point for one normal.
 ///
@@ -138,32 +138,23 @@ impl LightVector {
         if self.fluence > 0.0 { (self.vector.length() / self.fluence).min(1.0) } else { 0.0 }
     }
 
-    /// Sharpness κ of the von Mises–Fisher lobe exp(κ cos) whose mean direction is as long as [`Self::concentration`],
-    /// by the approximation of \[Banerjee05\].
+    /// What is known of where it comes from; `None` without light.
     #[must_use]
-    pub fn sharpness(&self) -> f32 {
-        // One direction has no finite sharpness: above this the lobe is narrower than any highlight.
-        const SHARPEST: f32 = 0.999_99;
-        let r = self.concentration().min(SHARPEST);
-        r * (3.0 - r * r) / (1.0 - r * r)
+    pub fn spread(&self) -> Option<SpreadLight> {
+        Some(SpreadLight { axis: self.vector.try_normalize()?, concentration: self.concentration() })
     }
 
-    /// The specular luminance towards the eye, W·sr⁻¹·m⁻²: the normalised Phong lobe over light of this irradiance,
-    /// spread as a von Mises–Fisher lobe of this vector's direction and width.
-    ///
-    /// `normal` and `to_eye` are unit. Both lobes are taken as spherical Gaussians, whose product integrates to one of
-    /// sharpness sκ/(s+κ). It is an approximation: good up to a shininess of 10 to 20 in wide light, beyond which the light
-    /// within the lobe is not what one direction and one width can tell.
+    /// The specular luminance towards the eye, W·sr⁻¹·m⁻²: a lobe over light of this irradiance, spread as a von Mises–Fisher lobe of
+    /// this vector's direction and width.
     #[must_use]
-    pub fn specular(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
-        let Some(axis) = self.vector.try_normalize() else { return Vec3::ZERO };
-        let kappa = self.sharpness();
-        let lambda = shininess * kappa / (shininess + kappa).max(f32::MIN_POSITIVE);
-        // 1 / ∫ exp(λ (cos − 1)) dω; at λ = 0 an even sphere.
-        let peak = if lambda > 1e-4 { lambda / (-TAU * (-2.0 * lambda).exp_m1()) } else { 0.5 / TAU };
-        let mirrored = 2.0 * normal.dot(to_eye) * normal - to_eye;
-        let height = (shininess + 2.0) / (shininess + 1.0) * peak;
-        self.irradiance() * (height * (lambda * (mirrored.dot(axis) - 1.0)).exp())
+    pub fn specular(&self, lobe: &Lobe) -> Vec3 {
+        self.spread().map_or(Vec3::ZERO, |light| self.irradiance() * lobe.over_spread_light(&light))
+    }
+
+    /// What the diffuse part of a surface of unit `normal` counts times in this light ([`Gloss::diffuse_in`]).
+    #[must_use]
+    pub fn diffuse_share(&self, gloss: Gloss, normal: Vec3) -> f32 {
+        self.spread().map_or(1.0, |light| gloss.diffuse_in_spread(normal.dot(light.axis), light.concentration))
     }
 
     /// What sums are divided by; 1 without samples, when all of them are 0.
@@ -196,12 +187,16 @@ mod tests {
         vector
     }
 
+    fn phong(shininess: f32, to_eye: Vec3) -> Lobe {
+        Gloss::Phong { shininess, mirror: false }.seen(Vec3::Z, to_eye)
+    }
+
     #[test]
     fn nothing_gathered_is_dark_and_uncertain() {
         let empty = LightVector::default();
         assert_eq!((empty.irradiance(), empty.samples()), (Vec3::ZERO, 0));
-        assert_eq!(empty.specular(Vec3::Z, Vec3::Z, 50.0), Vec3::ZERO);
-        assert!(empty.variance_of_mean().is_infinite() && empty.sharpness() == 0.0);
+        assert_eq!(empty.specular(&phong(50.0, Vec3::Z)), Vec3::ZERO);
+        assert!(empty.variance_of_mean().is_infinite() && empty.spread().is_none());
         assert!(size_of::<LightVector>() <= 64);
     }
 
@@ -217,7 +212,7 @@ mod tests {
         assert!((light.fluence() / (2.0 * PI * luminance(colour)) - 1.0).abs() < 4e-3, "{}", light.fluence());
         assert!(light.variance_of_mean() < 1e-6);
         for shininess in [5.0, 10.0, 20.0, 50.0, 200.0] {
-            let share = light.specular(Vec3::Z, Vec3::Z, shininess) / colour;
+            let share = light.specular(&phong(shininess, Vec3::Z)) / colour;
             assert!(share.min_element() > 0.83 && share.max_element() < 0.95, "{shininess}: {share}");
         }
     }
@@ -229,13 +224,13 @@ mod tests {
         let mut light = LightVector::default();
         light.push(Vec3::Z, &Sample { direction, radiance: Vec3::splat(3.0), weight: 0.5 });
         assert!((light.irradiance().x - 3.0 * 0.5 * 0.8).abs() < 1e-6);
-        assert!(light.concentration() > 0.999 && light.sharpness() > 1e4);
+        assert!(light.concentration() > 0.999 && light.spread().is_some_and(|light| light.sharpness() > 1e4));
         for shininess in [20.0, 100.0] {
             for off in [0.0_f32, 0.05, 0.1] {
                 let turned = 0.6_f32.asin() + off;
                 let to_eye = Vec3::new(-turned.sin(), 0.0, turned.cos());
-                let exact = crate::bsdf::lobe(shininess, Vec3::Z, direction, to_eye);
-                let found = light.specular(Vec3::Z, to_eye, shininess).x / light.irradiance().x;
+                let exact = phong(shininess, to_eye).value(direction).x;
+                let found = light.specular(&phong(shininess, to_eye)).x / light.irradiance().x;
                 assert!((found / exact - 1.0).abs() < 0.06, "{shininess}, {off}: {found} {exact}");
             }
         }
@@ -246,7 +241,7 @@ mod tests {
     fn sharpness_gives_the_concentration_back() {
         for r in [0.2_f32, 0.5, 0.8, 0.95] {
             let light = LightVector { vector: Vec3::Z * r, fluence: 1.0, samples: 1, ..LightVector::default() };
-            let kappa = light.sharpness();
+            let kappa = light.spread().expect("light").sharpness();
             assert!((kappa.tanh().recip() - kappa.recip() - r).abs() < 0.015, "{r}: {kappa}");
         }
     }

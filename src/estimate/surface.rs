@@ -1,12 +1,14 @@
 //! A point that a gather ray has hit, as light leaves it: diffusely, since a highlight depends on where it is seen from
 //! (docs/method/indirect-light.md).
 
+use crate::bsdf::Reflectance;
 use crate::geom::{Hit, Ray, offset};
 use crate::light::arrival::Arrival;
 use crate::light::context::SceneContext;
 use crate::light::selection::{LightChoice, SampledLight};
 use crate::math::luminance;
 use crate::scene::Scene;
+use crate::scene::footprint::Footprint;
 use glam::Vec3;
 
 /// A diffuse surface point.
@@ -34,7 +36,7 @@ impl DiffusePoint {
             origin: offset::origin(position, facet, scale, offset::HIT),
             facet,
             normal: scene.shading_normal_at(hit.triangle, hit.u, hit.v, hit.back),
-            kd: scene.kd_at(hit.triangle, hit.u, hit.v) + scene.material(hit.triangle).highlight_albedo(),
+            kd: Reflectance::at(scene, hit.triangle, [hit.u, hit.v], &Footprint::POINT).albedo(),
         }
     }
 

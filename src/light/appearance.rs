@@ -4,7 +4,7 @@ use super::area::AreaSource;
 use super::arrival::Arrival;
 use super::closed_form::ClosedForm;
 use super::receiver::Receiver;
-use crate::bsdf::lobe;
+use crate::bsdf::Gloss;
 use crate::math::sequence::Sequence;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -30,6 +30,18 @@ impl Appearance<'_> {
     #[must_use]
     pub const fn is_exact(&self) -> bool {
         !matches!(self, Self::Sampled(_))
+    }
+
+    /// What the diffuse part of a surface of unit `normal` at `x` counts times in the source's light ([`Gloss::diffuse_in`]).
+    #[must_use]
+    pub fn diffuse_share(&self, x: Vec3, normal: Vec3, gloss: Gloss) -> f32 {
+        let to_centre = |area: &AreaSource| (area.centre - x).normalize_or(normal);
+        let (direction, concentration) = match self {
+            Self::Direction(arrival) => (arrival.map_or(normal, |arrival| arrival.direction), 1.0),
+            Self::Distant(area, _) | Self::Sampled(area) => (to_centre(area), 1.0),
+            Self::Form(_, form) => form.spread(),
+        };
+        gloss.diffuse_in_spread(normal.dot(direction), concentration)
     }
 
     /// Unoccluded irradiance on the surface of the receiver, W·m⁻²: from a few points where there is no closed form.
@@ -62,8 +74,7 @@ impl Appearance<'_> {
 
 /// Highlight of light from a single direction, W·sr⁻¹·m⁻².
 pub(super) fn specular_of(arrival: &Arrival, receiver: &Receiver) -> Vec3 {
-    let Receiver { normal, to_eye, shininess, .. } = *receiver;
-    arrival.irradiance(normal) * lobe(shininess, normal, arrival.direction, to_eye)
+    arrival.irradiance(receiver.normal) * receiver.lobe.value(arrival.direction)
 }
 
 /// Unoccluded irradiance of a source of too many triangles, W·m⁻², from a few of its points.

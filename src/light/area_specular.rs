@@ -2,12 +2,13 @@
 
 use super::area::AreaSource;
 use super::area_sampler::Sampler;
+use super::arrival::Arrival;
 use super::closed_form::{ClosedForm, ProjectedPolygon};
 use super::facets::Facet;
 use super::receiver::Receiver;
-use crate::bsdf::lobe;
+use crate::bsdf::{GgxLobe, Lobe};
 use crate::math::luminance;
-use crate::math::phong_polygon::Lobe;
+use crate::math::phong_polygon;
 use crate::math::sequence::Sequence;
 use crate::math::spherical_triangle::meet;
 use crate::scene::Scene;
@@ -43,38 +44,37 @@ impl AreaSource {
     /// The same from a closed form at the receiver's place, W·sr⁻¹·m⁻².
     #[must_use]
     pub fn specular_of(&self, scene: &Scene, form: &ClosedForm<'_>, receiver: &Receiver, floor: f32) -> Vec3 {
-        let Receiver { x, normal, to_eye, shininess } = *receiver;
-        let highlight = form.highlight(normal, to_eye, shininess);
+        let x = receiver.x;
+        let highlight = form.highlight(receiver);
         let mean = self.mean_radiance() * highlight;
         if !self.textured || luminance(mean) <= floor {
             return mean;
         }
-        let phong = phong_lobe(normal, to_eye, shininess);
         let nearest = self.centre.distance(x) - self.radius;
-        let parts = if nearest > 0.0 { self.parts.in_lobe(x, nearest, &phong, self.both_sides) } else { None };
-        let seen = parts.or_else(|| self.radiance_in_lobe(scene, &self.at(x), &phong));
+        let parts = if nearest > 0.0 { self.parts.in_lobe(receiver, nearest, self.both_sides) } else { None };
+        let seen = parts.or_else(|| self.radiance_in_lobe(scene, &self.at(x), receiver));
         seen.map_or(mean, |seen| seen * highlight)
     }
 
     /// Mean radiance, W·sr⁻¹·m⁻², of a textured source weighed by the lobe and the cosine; `None` where no sample meets
     /// both. Points of the light and directions of the lobe, combined by the balance heuristic.
-    fn radiance_in_lobe(&self, scene: &Scene, sampler: &Sampler<'_>, phong: &Lobe) -> Option<Vec3> {
+    fn radiance_in_lobe(&self, scene: &Scene, sampler: &Sampler<'_>, receiver: &Receiver) -> Option<Vec3> {
+        let (lobe, normal) = (&receiver.lobe, receiver.normal);
         let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
         let mut add = |facet: &Facet, at: [f64; 2], offset: DVec3, measure: f64| {
-            let direction = offset.normalize();
-            let cosine = direction.dot(phong.axis);
-            let value = phong.value(cosine) * direction.dot(phong.normal).max(0.0);
-            let weight = value / (measure.recip() + phong.density(cosine));
+            let direction = offset.normalize().as_vec3();
+            let value = f64::from(luminance(lobe.value(direction)) * direction.dot(normal).max(0.0));
+            let weight = value / (measure.recip() + f64::from(lobe.density(direction)));
             sum += self.radiance_at(scene, facet, at, offset).as_dvec3() * weight;
             weights += weight;
         };
         let sequence = Sequence::new(1);
         for index in 0..TEXTURE_POINTS {
-            let [u, v, s, t] = sequence.point(index).map(f64::from);
-            if let Some(point) = sampler.point([u, v]) {
+            let [u, v, s, t] = sequence.point(index);
+            if let Some(point) = sampler.point([u, v].map(f64::from)) {
                 add(point.facet, point.at, point.offset, point.measure);
             }
-            let direction = phong.direction([s, t]);
+            let direction = lobe.sample([s, t]).as_dvec3();
             for facet in &self.facets.list {
                 let corner = facet.from(sampler.x, [0.0, 0.0]);
                 let Some(([b, c], distance)) = meet(corner, facet.edges, direction) else { continue };
@@ -98,62 +98,70 @@ impl AreaSource {
     pub fn distant_specular(&self, receiver: &Receiver, irradiance: Vec3) -> Option<Vec3> {
         let offset = self.centre - receiver.x;
         let half_angle = self.radius * self.radius / offset.length_squared();
-        let narrow = !self.textured && half_angle * (receiver.shininess + 2.0) < ONE_DIRECTION;
-        narrow.then(|| irradiance * lobe(receiver.shininess, receiver.normal, offset.normalize(), receiver.to_eye))
+        let narrow = !self.textured && half_angle * (receiver.lobe.exponent() + 2.0) < ONE_DIRECTION;
+        narrow.then(|| irradiance * receiver.lobe.value(offset.normalize()))
     }
 
     /// Unoccluded highlight in the source's mean colour, W·sr⁻¹·m⁻²; `None` where the source has no closed form.
     pub(super) fn mean_specular(&self, receiver: &Receiver) -> Option<Vec3> {
-        let Receiver { x, normal, to_eye, shininess } = *receiver;
+        let Receiver { x, normal, .. } = *receiver;
         if self.is_distant(x, normal) {
             let distant = self.distant_specular(receiver, self.distant_irradiance(x, normal));
             if distant.is_some() {
                 return distant;
             }
         }
-        self.closed_form(x).map(|form| form.specular(normal, to_eye, shininess))
+        self.closed_form(x).map(|form| form.specular(receiver))
     }
 
     fn sampled_specular(&self, scene: &Scene, receiver: &Receiver) -> Vec3 {
-        let Receiver { x, normal, to_eye, shininess } = *receiver;
-        let sampler = self.at(x);
+        let sampler = self.at(receiver.x);
         let sequence = Sequence::new(0);
         let value = |index| {
             let [u, v, ..] = sequence.point(index);
-            sampler.sample(scene, [u, v]).map_or(Vec3::ZERO, |a| {
-                a.facing * normal.dot(a.direction).max(0.0) * lobe(shininess, normal, a.direction, to_eye)
-            })
+            let seen = |a: Arrival| a.irradiance(receiver.normal) * receiver.lobe.value(a.direction);
+            sampler.sample(scene, [u, v]).map_or(Vec3::ZERO, seen)
         };
         (0..POINTS).map(value).sum::<Vec3>() / POINTS as f32
     }
 }
 
-fn phong_lobe(normal: Vec3, to_eye: Vec3, shininess: f32) -> Lobe {
-    let (n, eye) = (normal.as_dvec3(), to_eye.as_dvec3());
-    Lobe { normal: n, axis: (n * (2.0 * n.dot(eye)) - eye).normalize_or(n), shininess: f64::from(shininess) }
-}
-
 impl ClosedForm<'_> {
-    /// Unoccluded highlight for the source's mean radiance, W·sr⁻¹·m⁻²; exact (1e-4) for any exponent and size of
-    /// light.
+    /// Unoccluded highlight for the source's mean radiance, W·sr⁻¹·m⁻²: of a Phong lobe exact (1e-4) for any exponent and size of
+    /// light, of GGX by its transformed cosine.
     #[must_use]
-    pub fn specular(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> Vec3 {
-        self.mean_radiance() * self.highlight(normal, to_eye, shininess)
+    pub fn specular(&self, receiver: &Receiver) -> Vec3 {
+        self.mean_radiance() * self.highlight(receiver)
     }
 
     /// The same for radiance 1, a number.
-    fn highlight(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> f32 {
-        if shininess == 0.0 {
-            return self.form_factor(normal) / std::f32::consts::PI;
+    fn highlight(&self, receiver: &Receiver) -> Vec3 {
+        match &receiver.lobe {
+            Lobe::Ggx(ggx) => self.ggx_highlight(ggx, receiver.normal),
+            lobe => Vec3::splat(lobe.as_phong().map_or(0.0, |phong| self.phong_highlight(&phong))),
         }
-        let phong = phong_lobe(normal, to_eye, shininess);
-        let sum: f64 = self.polygons().map(|(polygon, terms)| highlight(&phong, polygon, terms)).sum();
+    }
+
+    fn phong_highlight(&self, phong: &phong_polygon::Lobe) -> f32 {
+        if phong.shininess == 0.0 {
+            return self.form_factor(phong.normal.as_vec3()) / std::f32::consts::PI;
+        }
+        let sum: f64 = self.polygons().map(|(polygon, terms)| highlight(phong, polygon, terms)).sum();
         sum.max(0.0) as f32
+    }
+
+    fn ggx_highlight(&self, ggx: &GgxLobe, normal: Vec3) -> Vec3 {
+        let fit = ggx.transformed_cosine();
+        let share = |polygon: &ProjectedPolygon<'_>| polygon.sign * fit.over_polygon(polygon.base, &polygon.corners);
+        let once: f64 = self.polygons().map(|(polygon, _)| share(polygon)).sum();
+        let (direction, concentration) = self.spread();
+        let again = ggx.again(normal.dot(direction), concentration) * self.form_factor(normal);
+        ggx.albedo_once() * once.max(0.0) as f32 + again
     }
 }
 
 /// Highlight of a polygon of radiance 1: nil outside the lobe; the lobe's mean over it if that is smooth there; else the contour integral.
-fn highlight(phong: &Lobe, polygon: &ProjectedPolygon<'_>, terms: &[DVec3]) -> f64 {
+fn highlight(phong: &phong_polygon::Lobe, polygon: &ProjectedPolygon<'_>, terms: &[DVec3]) -> f64 {
     let (middle, least) = polygon.cone();
     let cosine = middle.dot(phong.axis);
     let nearest = cosine.clamp(-1.0, 1.0).acos() - least.acos();

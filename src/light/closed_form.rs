@@ -60,6 +60,20 @@ impl<'a> ClosedForm<'a> {
         (sum * f64::from(luminance(self.radiance))).as_vec3()
     }
 
+    /// Unit mean direction of the light, and how wide it is, |V|/Φ, as of a cone of even radiance: 1 for a direction, 1/2 for a
+    /// hemisphere.
+    #[must_use]
+    pub fn spread(&self) -> (Vec3, f32) {
+        let sum: DVec3 = self.polygons.iter().map(|p| p.vector).sum();
+        let length = sum.length();
+        if length == 0.0 {
+            return (Vec3::Z, 0.5);
+        }
+        // |V| = π sin²θ and Φ = 2π (1 − cosθ) at the half angle θ.
+        let cosine = (1.0 - length / std::f64::consts::PI).max(0.0).sqrt();
+        ((sum / length).as_vec3(), (0.5 + 0.5 * cosine) as f32)
+    }
+
     /// Irradiance on a surface of unit `normal` from what lies above its horizon, W·m⁻².
     #[must_use]
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {

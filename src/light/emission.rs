@@ -1,7 +1,9 @@
 //! What a textured source emits: means over its small parts.
 
 use super::facets::Facet;
-use crate::math::phong_polygon::Lobe;
+use super::receiver::Receiver;
+use crate::bsdf::Lobe;
+use crate::math::luminance;
 use crate::scene::footprint::Footprint;
 use crate::scene::{FaceId, Scene, TriangleId};
 use glam::{DVec2, DVec3, Vec2, Vec3};
@@ -89,24 +91,34 @@ impl Parts {
         if area > 0.0 { (self.list.iter().map(weighed).sum::<DVec3>() / area).as_vec3() } else { Vec3::ZERO }
     }
 
-    /// Mean radiance, W·sr⁻¹·m⁻², weighed by a lobe and the cosine at `x`; `None` where the parts are too coarse for
+    /// Mean radiance, W·sr⁻¹·m⁻², weighed by the lobe and the cosine at a receiver; `None` where the parts are too coarse for
     /// it, or where none is in it. `nearest` is the distance to the source.
     #[must_use]
-    pub fn in_lobe(&self, x: Vec3, nearest: f32, lobe: &Lobe, both_sides: bool) -> Option<Vec3> {
-        let shininess = lobe.shininess as f32;
-        if self.radius * self.radius * (shininess + 2.0) > EVEN * nearest * nearest {
+    pub fn in_lobe(&self, receiver: &Receiver, nearest: f32, both_sides: bool) -> Option<Vec3> {
+        if self.radius * self.radius * (receiver.lobe.exponent() + 2.0) > EVEN * nearest * nearest {
             return None;
         }
-        let (normal, axis) = (lobe.normal.as_vec3(), lobe.axis.as_vec3());
+        match &receiver.lobe {
+            Lobe::Ggx(ggx) => self.weighed(receiver, both_sides, |direction| luminance(ggx.value(direction))),
+            lobe => {
+                let phong = lobe.as_phong()?;
+                let (axis, shininess) = (phong.axis.as_vec3(), phong.shininess as f32);
+                self.weighed(receiver, both_sides, |direction| axis.dot(direction).max(0.0).powf(shininess))
+            }
+        }
+    }
+
+    /// The same by the `value` of the lobe in a unit direction, up to a factor.
+    fn weighed(&self, receiver: &Receiver, both_sides: bool, value: impl Fn(Vec3) -> f32) -> Option<Vec3> {
         let (mut sum, mut weights) = (Vec3::ZERO, 0.0);
         for part in &self.list {
-            let offset = part.middle - x;
+            let offset = part.middle - receiver.x;
             let facing = -part.area.dot(offset);
             let facing = if both_sides { facing.abs() } else { facing };
-            let (height, along) = (normal.dot(offset), axis.dot(offset));
-            if facing > 0.0 && height > 0.0 && along > 0.0 {
+            let height = receiver.normal.dot(offset);
+            if facing > 0.0 && height > 0.0 {
                 let squared = offset.length_squared();
-                let weight = (along / squared.sqrt()).powf(shininess) * facing * height / (squared * squared);
+                let weight = value(offset / squared.sqrt()) * facing * height / (squared * squared);
                 sum += part.radiance * weight;
                 weights += weight;
             }

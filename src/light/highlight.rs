@@ -5,6 +5,7 @@
 
 use super::receiver::Receiver;
 use super::source::{Place, Source};
+use crate::bsdf::Gloss;
 use crate::math::triangle::nearest_to_origin;
 use glam::Vec3;
 use std::f32::consts::PI;
@@ -15,7 +16,7 @@ pub struct GlossyTriangle {
     positions: [Vec3; 3],
     normals: [Vec3; 3],
     eye: Vec3,
-    shininess: f32,
+    gloss: Gloss,
     middle: SurfacePoint,
     /// Largest distance of a corner, and of its normal, from the middle's.
     extent: f32,
@@ -51,13 +52,13 @@ const SHRINK: f32 = 0.35;
 impl GlossyTriangle {
     /// A triangle with unit shading normals at its corners.
     #[must_use]
-    pub fn new(positions: [Vec3; 3], normals: [Vec3; 3], shininess: f32, eye: Vec3) -> Self {
+    pub fn new(positions: [Vec3; 3], normals: [Vec3; 3], gloss: Gloss, eye: Vec3) -> Self {
         let x = (positions[0] + positions[1] + positions[2]) / 3.0;
         let normal = (normals[0] + normals[1] + normals[2]).normalize_or(normals[0]);
         let farthest =
             |all: [Vec3; 3], from: Vec3| all.map(|p| p.distance_squared(from)).into_iter().fold(0.0, f32::max);
         let (extent, bend) = (farthest(positions, x).sqrt(), farthest(normals, normal).sqrt());
-        Self { positions, normals, eye, shininess, middle: SurfacePoint { x, normal }, extent, bend }
+        Self { positions, normals, eye, gloss, middle: SurfacePoint { x, normal }, extent, bend }
     }
 
     fn place(&self, w: [f32; 3]) -> SurfacePoint {
@@ -67,7 +68,7 @@ impl GlossyTriangle {
 
     /// Standard deviation of the lobe in n − h: cos(2δ)^s is about exp(−2sδ²).
     fn deviation(&self) -> f32 {
-        0.5 / self.shininess.max(1.0).sqrt()
+        0.5 / self.gloss.exponent().max(1.0).sqrt()
     }
 
     /// The peak of a light's highlight; `None` where it is off the triangle, or wide enough for the corners to show it,
@@ -81,16 +82,13 @@ impl GlossyTriangle {
         }
         let (at, area) = self.nearest(light)?;
         let place = self.place(at);
-        let ceiling = source.bound(place.x, place.normal) * (self.shininess + 2.0) / (2.0 * PI);
+        let ceiling = source.bound(place.x, place.normal) * (self.gloss.exponent() + 2.0) / (2.0 * PI);
         if ceiling <= floor {
             return None;
         }
-        let receiver = Receiver {
-            x: place.x,
-            normal: place.normal,
-            to_eye: (self.eye - place.x).normalize_or(place.normal),
-            shininess: self.shininess,
-        };
+        let to_eye = (self.eye - place.x).normalize_or(place.normal);
+        let lobe = self.gloss.seen(place.normal, to_eye);
+        let receiver = Receiver { x: place.x, normal: place.normal, to_eye, lobe };
         let blob = PI * (self.deviation().powi(2) + light.half_angle().powi(2) * 0.25);
         Some(Peak { at, specular: source.mean_specular(&receiver)?, share: (blob / area.max(blob)).min(1.0) })
     }
@@ -172,6 +170,8 @@ mod tests {
     use crate::math::sequence::Sequence;
     use crate::scene::light::LightKind;
 
+    const SHARP: Gloss = Gloss::Phong { shininess: 300.0, mirror: false };
+
     /// The peak found on bent triangles, large and small, is as bright as the brightest point of a fine grid.
     #[test]
     fn peaks_are_as_bright_as_a_grid_search_finds() {
@@ -183,10 +183,11 @@ mod tests {
             let positions = [3, 4, 5].map(|k| point(8 * i + k) * Vec3::new(1.0, 1.0, 0.1));
             let [eye, position] = [6, 7].map(|k| point(8 * i + k) * 2.0 + Vec3::Z * 4.0);
             let source = Source::Delta(LightKind::Point { position, intensity: Vec3::ONE });
-            let triangle = GlossyTriangle::new(positions, normals, 300.0, eye);
+            let triangle = GlossyTriangle::new(positions, normals, SHARP, eye);
             let specular = |w: [f32; 3]| {
                 let SurfacePoint { x, normal } = triangle.place(w);
-                let receiver = Receiver { x, normal, to_eye: (eye - x).normalize(), shininess: 300.0 };
+                let to_eye = (eye - x).normalize();
+                let receiver = Receiver { x, normal, to_eye, lobe: SHARP.seen(normal, to_eye) };
                 source.mean_specular(&receiver).map_or(0.0, |s| s.x)
             };
             let n = 150_u16;

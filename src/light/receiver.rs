@@ -1,5 +1,6 @@
 //! Where light is received that a highlight reflects to the eye.
 
+use crate::bsdf::Lobe;
 use glam::Vec3;
 
 /// A place on a surface with a highlight, as the eye sees it.
@@ -11,6 +12,6 @@ pub struct Receiver {
     pub normal: Vec3,
     /// Unit direction to the eye.
     pub to_eye: Vec3,
-    /// Exponent of the lobe.
-    pub shininess: f32,
+    /// The highlight as the eye sees it.
+    pub lobe: Lobe,
 }

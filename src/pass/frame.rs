@@ -210,6 +210,7 @@ impl Renderer {
             textures: scene.textures.address(),
             texels: scene.texels.address(),
             colours: scene.colours.as_ref().map_or(0, Buffer::address),
+            normals: scene.normals.as_ref().map_or(0, Buffer::address),
             slots: self.mesh.slots.address(),
             drawn_triangles: self.mesh.drawn_triangles.address(),
             drawn_list: self.drawn_list.address(),

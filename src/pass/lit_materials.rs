@@ -2,8 +2,9 @@
 
 use super::shared::GpuMaterial;
 use super::texture_maps::TextureMaps;
+use crate::bsdf::mean_f0;
 use crate::scene::light::{LightKind, LightState};
-use crate::scene::material::Material;
+use crate::scene::material::{Material, Model};
 use crate::scene::{Scene, TriangleId};
 use glam::Vec3;
 
@@ -20,7 +21,7 @@ impl LitMaterials {
     /// The list for a scene, and the entry that each triangle uses.
     pub(super) fn new(scene: &Scene, maps: &TextureMaps) -> (Self, Vec<u32>) {
         let mut of_triangle: Vec<u32> = scene.triangle_materials.iter().map(|material| material.0).collect();
-        let mut list: Vec<GpuMaterial> = scene.materials.iter().map(|m| GpuMaterial::new(m, maps)).collect();
+        let mut list: Vec<GpuMaterial> = scene.materials.iter().map(|m| GpuMaterial::new(scene, m, maps)).collect();
         let mut lights = Vec::new();
         for (index, light) in scene.lights.iter().enumerate() {
             let LightKind::Area { triangles } = &light.kind else { continue };
@@ -44,7 +45,11 @@ impl LitMaterials {
 }
 
 impl GpuMaterial {
-    fn new(material: &Material, maps: &TextureMaps) -> Self {
+    fn new(scene: &Scene, material: &Material, maps: &TextureMaps) -> Self {
+        let rough = match &material.model {
+            Model::Phong(_) => None,
+            Model::MetallicRoughness(model) => Some(model),
+        };
         Self {
             kd: material.kd.to_array(),
             map_kd: maps.index(material.map_kd.as_ref()),
@@ -52,6 +57,14 @@ impl GpuMaterial {
             map_d: maps.index(material.map_d.as_ref()),
             ke: material.ke.to_array(),
             map_ke: maps.index(material.map_ke.as_ref()),
+            f0: rough.map_or([0.0; 3], |model| mean_f0(scene, material, model).to_array()),
+            map_metallic: maps.index(rough.and_then(|model| model.map_metallic.as_ref())),
+            metallic: rough.map_or(-1.0, |model| model.metallic),
+            roughness: rough.map_or(0.0, |model| model.roughness),
+            map_roughness: maps.index(rough.and_then(|model| model.map_roughness.as_ref())),
+            map_normal: maps.index(material.map_normal.as_ref().map(|normal| &normal.map)),
+            normal_scale: material.map_normal.map_or(0.0, |normal| normal.scale),
+            padding: [0; 3],
         }
     }
 }

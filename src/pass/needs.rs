@@ -22,6 +22,12 @@ pub(super) struct Needs {
     pub bright_textures: bool,
     /// Textures whose edge goes on outside of [0, 1].
     pub clamped_textures: bool,
+    /// The metallic-roughness model.
+    pub metallic_roughness: bool,
+    /// Normal maps.
+    pub normal_maps: bool,
+    /// Textures of numbers.
+    pub linear_textures: bool,
 }
 
 impl Needs {
@@ -33,20 +39,26 @@ impl Needs {
         emission_textures: true,
         bright_textures: true,
         clamped_textures: true,
+        metallic_roughness: true,
+        normal_maps: true,
+        linear_textures: true,
     };
 
     /// What a scene needs.
     pub(super) fn of(scene: &Scene) -> Self {
         let any = |has: fn(&Material) -> bool| scene.materials.iter().any(has);
         let emission_textures = any(|material| material.map_ke.is_some());
-        let maps = scene.materials.iter().flat_map(|material| [&material.map_kd, &material.map_ke]).flatten();
+        let mut maps = scene.materials.iter().flat_map(Material::maps);
         Self {
             highlights: any(Material::is_glossy),
             vertex_colours: !scene.colours.is_empty(),
             textures: emission_textures || any(|material| material.map_kd.is_some()),
             emission_textures,
             bright_textures: scene.textures.iter().any(|texture| texture.encoding() == Encoding::SharedExponent),
-            clamped_textures: maps.into_iter().any(|map| map.wrap == Wrap::Clamp),
+            clamped_textures: maps.any(|map| map.wrap == Wrap::Clamp),
+            metallic_roughness: any(Material::is_metallic_roughness),
+            normal_maps: any(|material| material.map_normal.is_some()),
+            linear_textures: scene.textures.iter().any(|texture| texture.encoding() == Encoding::Linear),
         }
     }
 
@@ -59,6 +71,9 @@ impl Needs {
             self.emission_textures,
             self.bright_textures,
             self.clamped_textures,
+            self.metallic_roughness,
+            self.normal_maps,
+            self.linear_textures,
         ];
         let mut constants = [0; CONSTANTS];
         constants[0] = u32::from(options.texel_buffers);
@@ -76,7 +91,7 @@ impl Needs {
 
 /// Specialisation constants of all shaders, by their numbers.
 pub(super) type Constants = [u32; CONSTANTS];
-const CONSTANTS: usize = 9;
+const CONSTANTS: usize = 12;
 
 #[cfg(test)]
 mod tests {

@@ -6,7 +6,8 @@ use super::frustum::{Bounds, Frustum, Place};
 use super::lit_materials::LitMaterials;
 use super::shared::{GpuMaterial, GpuTriangle, GpuVisibilityTriangle, NONE};
 use super::survivors::Survivors;
-use super::texture_maps::TextureMaps;
+use super::texture_maps::{DIFFUSE_TABLE, TextureMaps};
+use crate::bsdf;
 use crate::error::Result;
 use crate::scene::light::LightState;
 use crate::scene::texture::{SRGB, Texture};
@@ -34,6 +35,8 @@ pub(super) struct SceneBuffers {
     pub texels: Buffer,
     /// Vertex colours, where the scene has any.
     pub colours: Option<Buffer>,
+    /// Shading normals, where colours depend on them.
+    pub normals: Option<Buffer>,
     /// Triangles that go by their own depth, in drawing order; the device's buffer has room for them twice where the host tells
     /// them apart.
     pub order: Vec<GpuVisibilityTriangle>,
@@ -85,11 +88,15 @@ impl SceneBuffers {
         let mut fill = |name, data: &[u8]| filled(device, commands, name, data);
         let colours = bytemuck::cast_slice(&scene.colours);
         let colours = if colours.is_empty() { None } else { Some(fill("vertex colours", colours)?) };
+        let needs_normals = scene.materials.iter().any(|m| m.is_metallic_roughness() || m.map_normal.is_some());
+        let normals = bytemuck::cast_slice(if needs_normals { &scene.normals } else { &[] });
+        let normals = if normals.is_empty() { None } else { Some(fill("shading normals", normals)?) };
         let positions: Vec<[f32; 4]> = scene.positions.iter().map(|p| [p.x, p.y, p.z, 1.0]).collect();
         let buffers = Self {
             positions: fill("positions", bytemuck::cast_slice(&positions))?,
             triangles: fill("triangles", bytemuck::cast_slice(&by_id(scene, &of_triangle)))?,
             colours,
+            normals,
             coplanar: fill("coplanar faces", bytemuck::cast_slice(&coplanar))?,
             materials: fill("materials", bytemuck::cast_slice(&materials))?,
             textures: fill("textures", bytemuck::cast_slice(&maps.headers))?,
@@ -150,6 +157,7 @@ impl SceneBuffers {
     /// Writes the table of sRGB codes and the mip chains.
     fn with_texels(mut self, device: &Device, commands: &mut Commands, textures: &[Texture]) -> Result<Self> {
         commands.upload(device, &mut self.texels, 0, SRGB.as_slice())?;
+        commands.upload(device, &mut self.texels, 4 * DIFFUSE_TABLE, &bsdf::diffuse_out_table())?;
         for (texture, first) in textures.iter().zip(&self.maps.first) {
             commands.upload(device, &mut self.texels, 4 * first, texture.texels())?;
         }

@@ -26,6 +26,8 @@ pub(super) struct FrameUniform {
     pub texels: u64,
     /// Address of three vertex colours a triangle; 0 without any.
     pub colours: u64,
+    /// Address of three shading normals a triangle; 0 where none is needed.
+    pub normals: u64,
     pub slots: u64,
     pub drawn_triangles: u64,
     pub drawn_list: u64,
@@ -101,6 +103,17 @@ pub(super) struct GpuMaterial {
     /// Emitted radiance, W·sr⁻¹·m⁻².
     pub ke: [f32; 3],
     pub map_ke: u32,
+    /// F₀ that slots are lit with, of the metallic-roughness model.
+    pub f0: [f32; 3],
+    pub map_metallic: u32,
+    /// Negative for Phong.
+    pub metallic: f32,
+    pub roughness: f32,
+    pub map_roughness: u32,
+    pub map_normal: u32,
+    pub normal_scale: f32,
+    /// To whole texels.
+    pub padding: [u32; 3],
 }
 
 /// A texture's mip chain, and how it is looked up.
@@ -161,7 +174,7 @@ pub(super) struct GpuLookupRoot {
 
 host_matches_shader!(FrameUniform, frame, {
     clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, visibility_triangles: VISIBILITY_TRIANGLES, coplanar: COPLANAR,
-    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, colours: COLOURS, slots: SLOTS, drawn_triangles: DRAWN_TRIANGLES,
+    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, colours: COLOURS, normals: NORMALS, slots: SLOTS, drawn_triangles: DRAWN_TRIANGLES,
     drawn_list: DRAWN_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
     list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, drawn_pixels: DRAWN_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
@@ -171,7 +184,8 @@ host_matches_shader!(GpuTriangle, triangle, { corners: CORNERS, material: MATERI
 host_matches_shader!(GpuVisibilityTriangle, visibility_triangle, { corners: CORNERS, id: ID });
 host_matches_shader!(GpuCoplanarFace, coplanar_face, { normal: NORMAL, offset: OFFSET, face: FACE, towards: TOWARDS });
 host_matches_shader!(GpuMaterial, material, {
-    kd: KD, map_kd: MAP_KD, ks: KS, map_d: MAP_D, ke: KE, map_ke: MAP_KE,
+    kd: KD, map_kd: MAP_KD, ks: KS, map_d: MAP_D, ke: KE, map_ke: MAP_KE, f0: F0, map_metallic: MAP_METALLIC, metallic: METALLIC,
+    roughness: ROUGHNESS, map_roughness: MAP_ROUGHNESS, map_normal: MAP_NORMAL, normal_scale: NORMAL_SCALE,
 });
 host_matches_shader!(GpuTexture, texture, {
     extent: EXTENT, levels: LEVELS, flags: FLAGS, scale: SCALE, offset: OFFSET, first: FIRST,

@@ -1,13 +1,16 @@
 //! How materials look textures up, as the device reads it: an entry for each texture and way of placing it.
 
 use super::shared::{GpuTexture, MAX_LEVELS, NONE};
+use crate::bsdf;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
-use crate::scene::material::TextureMap;
+use crate::scene::material::{Material, TextureMap};
 use crate::scene::texture::{Encoding, Texture, Wrap};
 
-/// Words before the first texel: linear values of the 256 sRGB codes.
-pub(super) const TABLE: u64 = 256;
+/// Words before the first texel: linear values of the 256 sRGB codes, and what GGX highlights leave to the diffuse part.
+pub(super) const TABLE: u64 = DIFFUSE_TABLE + (bsdf::TABLE_SIZE * bsdf::TABLE_SIZE) as u64;
+/// Where the second begins.
+pub(super) const DIFFUSE_TABLE: u64 = 256;
 /// Most texels of a scene: shaders take their indices as signed.
 const MAX_TEXELS: u64 = 1 << 31;
 
@@ -39,7 +42,7 @@ impl TextureMaps {
                 all.words / 1_000_000
             )));
         }
-        let used = scene.materials.iter().flat_map(|m| [&m.map_kd, &m.map_ke, &m.map_d]).flatten();
+        let used = scene.materials.iter().flat_map(Material::maps);
         for map in used {
             if all.maps.contains(map) {
                 continue;

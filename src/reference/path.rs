@@ -5,6 +5,7 @@ use super::direct::{DirectLight, Lit};
 use super::random::Random;
 use super::settings::{Filter, Settings, Transport};
 use super::surface::{Bounce, Surface};
+use crate::bsdf::Reflectance;
 use crate::geom::{Hit, Ray};
 use crate::light::context::SceneContext;
 use crate::math::combine;
@@ -135,7 +136,8 @@ impl<'a> Tracer<'a> {
         let width = if self.settings.filter == Filter::Point { 1.0 } else { 0.0 };
         let footprint = Footprint::of_pixel(hit.corners, view, point, width);
         let mut surface = Surface::new(scene, &primary(view, point), hit);
-        surface.paint(scene.kd_over(hit.triangle, hit.u, hit.v, &footprint));
+        surface.turn(scene, hit, &footprint);
+        surface.paint(&Reflectance::at(scene, hit.triangle, [hit.u, hit.v], &footprint));
         self.paths.push(Path { sample, seed, hit: *hit, surface, throughput: Vec3::ONE, bounds: 0.0, bounce: None });
         let emits = scene.face_emits(hit.face());
         let emitted = || scene.emitted_over(hit.face(), hit.u, hit.v, &footprint) * self.factor(hit);
@@ -210,11 +212,13 @@ impl<'a> Tracer<'a> {
     /// Looks up the colours of surfaces that bounces lead to: in a loop of its own, so that memory is asked for many at a time.
     fn paint(&mut self) {
         for path in &mut self.paths {
-            let kd = self.context.scene.kd_at(path.hit.triangle, path.hit.u, path.hit.v);
+            let Hit { triangle, u, v, .. } = path.hit;
+            let reflectance = Reflectance::at(self.context.scene, triangle, [u, v], &Footprint::POINT);
             if self.settings.transport == Transport::Method {
-                path.surface.paint_diffuse(kd);
+                path.surface.paint_diffuse(&reflectance);
             } else {
-                path.surface.paint(kd);
+                path.surface.turn(self.context.scene, &path.hit, &Footprint::POINT);
+                path.surface.paint(&reflectance);
             }
         }
     }

@@ -46,7 +46,7 @@ impl Engine {
         !self.options.without.has(Piece::Highlights)
             && self.view.leaves[id].pixels > 0.0
             && self.view.sees(id)
-            && slots.iter().all(|slot| slot.direct().known && slot.shininess().is_some())
+            && slots.iter().all(|slot| slot.direct().known && slot.gloss().is_some())
     }
 
     fn hidden_highlight(&self, id: NodeId) -> Highlight {
@@ -54,9 +54,9 @@ impl Engine {
         let corners = slots.map(|slot| &self.cache.slots[slot]);
         let vertices = corners.map(|slot| slot.vertex);
         let shown = slots.map(|slot| luminance(self.view.specular.get(slot).direct));
-        let shininess = corners[0].shininess().unwrap_or(0.0);
+        let Some(gloss) = self.cache.gloss(slots[0]) else { return Highlight::default() };
         let positions = self.cache.corner_positions(id);
-        let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal()), shininess, self.view.eye);
+        let triangle = GlossyTriangle::new(positions, corners.map(|slot| slot.normal()), gloss, self.view.eye);
         let floor = FLOOR * self.image.mean() + shown.iter().fold(f32::INFINITY, |m, &s| m.min(s));
         let mut hidden = Highlight::default();
         for (light, (emitter, layer)) in self.lights.groups().zip(&self.cache.layers).enumerate() {

@@ -1,6 +1,7 @@
 //! Mean reflectances: how much of D and S a pixel of a face shows.
 
 use crate::math::luminance;
+use crate::scene::material::{Material, Model};
 use crate::scene::{FaceId, Scene};
 use glam::Vec3;
 
@@ -14,9 +15,14 @@ impl Reflectances {
     /// Means over the textures.
     #[must_use]
     pub fn new(scene: &Scene) -> Self {
-        let of = |m: &crate::scene::material::Material| {
+        let of = |m: &Material| {
             let texture = m.map_kd.as_ref().map_or(Vec3::ONE, |map| scene.texture(map).mean());
-            [luminance(m.kd * texture), luminance(m.phong().ks)]
+            let kd = luminance(m.kd * texture);
+            match &m.model {
+                Model::Phong(phong) => [kd, luminance(phong.ks)],
+                // S of it comes with its Fresnel factor.
+                Model::MetallicRoughness(model) => [kd * (1.0 - model.metallic), 1.0],
+            }
         };
         Self { by_material: scene.materials.iter().map(of).collect() }
     }

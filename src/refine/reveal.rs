@@ -81,7 +81,7 @@ impl Engine {
         // S of those known is for another eye.
         let is_due = |&slot: &SlotId| {
             let record = &self.cache.slots[slot];
-            !record.direct().known || record.shininess().is_some()
+            !record.direct().known || record.gloss().is_some()
         };
         let due: Vec<SlotId> = slots.iter().copied().filter(is_due).collect();
         self.evaluate(&due);

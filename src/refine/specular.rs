@@ -3,9 +3,10 @@
 //! follow a few at a time.
 
 use super::engine::Engine;
+use crate::bsdf::Microfacets;
 use crate::cache::ids::SlotId;
 use crate::math::triangle::nearest_to_origin;
-use crate::scene::material::Material;
+use crate::scene::material::{Material, Model};
 use crate::scene::{FaceId, Scene};
 use glam::Vec3;
 use std::time::{Duration, Instant};
@@ -15,15 +16,21 @@ const A_BATCH: Duration = Duration::from_millis(4);
 /// Glossy slots that are evaluated at a time, about: enough for all threads.
 const SLOTS: usize = 256;
 
+/// What a highlight of the metallic-roughness model counts about.
+const F0: f32 = 0.1;
+
 /// How far highlights on a face have gone from one eye to another, in widths of its lobe, times what S counts there.
 fn turn(scene: &Scene, face: FaceId, of: Option<Vec3>, eye: Vec3) -> f32 {
     let Some(of) = of else { return f32::INFINITY };
-    let material = scene.material(face.triangle());
+    let [exponent, reflectance] = match &scene.material(face.triangle()).model {
+        Model::Phong(phong) => [phong.shininess, phong.ks.max_element()],
+        Model::MetallicRoughness(model) => [Microfacets::dielectric(model.roughness).exponent(), F0],
+    };
     let corners @ [a, b, c] = scene.corners(face.triangle()).map(|p| p - eye);
     let [u, v, w] = nearest_to_origin(corners);
     let distance = (a * u + b * v + c * w).length().max(f32::MIN_POSITIVE);
     // cosⁿ falls by a half at some 1/√n.
-    of.distance(eye) / distance * (material.phong().shininess + 2.0).sqrt() * material.phong().ks.max_element()
+    of.distance(eye) / distance * (exponent + 2.0).sqrt() * reflectance
 }
 
 impl Engine {
@@ -113,7 +120,7 @@ impl Engine {
         let roots = faces.iter().filter(is_glossy).filter_map(|&face| self.cache.root_of(face));
         roots.for_each(|root| self.cache.topology.leaves(root, &mut leaves));
         let mut slots = self.drawn_slots(&leaves);
-        slots.retain(|&slot| self.cache.slots[slot].shininess().is_some());
+        slots.retain(|&slot| self.cache.slots[slot].gloss().is_some());
         slots
     }
 

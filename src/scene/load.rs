@@ -6,6 +6,7 @@ use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, TextureMap};
 use super::material_library::MaterialLibrary;
+use super::mtl::MAPS;
 use super::obj::{self, SKIP, Soup};
 use super::obj_text::{Named, ObjText};
 use super::report::Report;
@@ -358,7 +359,7 @@ fn assemble(
 fn build_materials(library: &MaterialLibrary, ids: &[Option<TextureMap>], report: &mut Report) -> Vec<Material> {
     let mut answers = ids.iter().copied();
     library.materials(|m, painted| {
-        let mut maps = [None; 3];
+        let mut maps = [None; MAPS];
         for (map, _) in materials::requests(m) {
             maps[map as usize] = answers.next().flatten();
         }

@@ -122,17 +122,6 @@ impl Model {
 }
 
 impl Material {
-    /// Diffuse reflectance that reflects as much of even light as the highlight does: ⅔ k_s, the mean of cos²θ / cosθ over the
-    /// hemisphere, since a sharp normalised lobe reflects k_s cosθ of what comes in at θ. 0 for a mirror, which waits for
-    /// reflections.
-    #[must_use]
-    pub fn highlight_albedo(&self) -> Vec3 {
-        match &self.model {
-            Model::Phong(phong) if !phong.mirror => phong.ks * (2.0 / 3.0),
-            _ => Vec3::ZERO,
-        }
-    }
-
     /// A diffuse grey material, what a face without a material gets.
     #[must_use]
     pub fn grey(name: &str) -> Self {
@@ -147,6 +136,23 @@ impl Material {
             map_d: None,
             map_normal: None,
         }
+    }
+
+    /// The textures that it uses.
+    pub fn maps(&self) -> impl Iterator<Item = &TextureMap> {
+        let rough = match &self.model {
+            Model::Phong(_) => [None, None],
+            Model::MetallicRoughness(model) => [model.map_metallic.as_ref(), model.map_roughness.as_ref()],
+        };
+        let normal = self.map_normal.as_ref().map(|normal| &normal.map);
+        let colours = [self.map_kd.as_ref(), self.map_ke.as_ref(), self.map_d.as_ref(), normal];
+        colours.into_iter().chain(rough).flatten()
+    }
+
+    /// Whether it is of the metallic-roughness model.
+    #[must_use]
+    pub const fn is_metallic_roughness(&self) -> bool {
+        matches!(self.model, Model::MetallicRoughness(_))
     }
 
     /// Whether the material emits light.

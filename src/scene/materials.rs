@@ -1,8 +1,8 @@
 //! From MTL statements to what the renderer reflects and emits.
 
 use super::map_statement::MapStatement;
-use super::material::{Material, Model, Phong, TextureMap};
-use super::mtl::{Map, MtlMaterial};
+use super::material::{Material, MetallicRoughness, Model, NormalMap, Phong, TextureMap};
+use super::mtl::{MAPS, Map, MtlMaterial};
 use super::report::Report;
 use super::texel_source::Role;
 use super::textures::Request;
@@ -10,6 +10,8 @@ use glam::Vec3;
 
 /// Reflectance of a material that names none.
 const DEFAULT_KD: f32 = 0.8;
+/// Perceptual roughness of a metal that names none.
+const DEFAULT_ROUGHNESS: f32 = 0.5;
 /// Phong exponents above this are mirrors, which show the highlight of direct light only.
 const MIRROR_NS: f32 = 1000.0;
 /// What is said of them.
@@ -24,8 +26,11 @@ pub(super) fn has_no_colour(m: &MtlMaterial) -> bool {
 /// names none.
 pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> {
     let mask = if m.maps[Map::D as usize].is_some() { (Map::D, Role::Mask) } else { (Map::Kd, Role::CutOut) };
-    let roles = [(Map::Kd, (Map::Kd, Role::Colour)), (Map::Ke, (Map::Ke, Role::Emission)), (Map::D, mask)];
-    roles.into_iter().filter_map(|(map, (from, role))| {
+    let data = |map: Map| (map, (map, Role::Data));
+    let [roughness, metallic, normal] = [Map::Roughness, Map::Metallic, Map::Normal].map(data);
+    let colours = [(Map::Kd, (Map::Kd, Role::Colour)), (Map::Ke, (Map::Ke, Role::Emission))];
+    let roles = colours.into_iter().chain([(Map::D, mask), roughness, metallic, normal]);
+    roles.filter_map(|(map, (from, role))| {
         let MapStatement { names, line, options, .. } = statement(m, from)?.clone();
         Some((map, Request { names, file: m.file.clone(), line, role, options }))
     })
@@ -40,14 +45,22 @@ fn statement(m: &MtlMaterial, map: Map) -> Option<&MapStatement> {
 /// to be changed.
 pub(super) fn build(
     m: &MtlMaterial,
-    textures: [Option<TextureMap>; 3],
+    textures: [Option<TextureMap>; MAPS],
     painted: bool,
     report: &mut Report,
 ) -> Material {
     let mut about = About { m, report };
-    let [map_kd, map_ke, map_d] = textures;
+    let [map_kd, map_ke, map_d, map_roughness, map_metallic, map_normal, _] = textures;
     let kd = if painted { Vec3::ONE } else { about.diffuse(map_kd.is_some()) };
     let ke = about.emission(map_ke.is_some());
+    let map_normal = map_normal.map(|map| NormalMap { map, scale: 1.0 });
+    let whole =
+        |model, kd| Material { name: m.name.clone(), kd, model, ke, unlit: false, map_kd, map_ke, map_d, map_normal };
+    if m.is_metallic_roughness() {
+        about.unsupported();
+        let model = about.metallic_roughness(map_roughness, map_metallic);
+        return whole(Model::MetallicRoughness(model), about.base_colour(kd, map_kd.is_some()));
+    }
     let (ks, shininess) = about.highlight();
     let (kd, ks) = about.bounded(kd, ks);
     let mirror = ks != Vec3::ZERO && (is_mirror_model(m) || shininess > MIRROR_NS);
@@ -56,7 +69,7 @@ pub(super) fn build(
     }
     about.unsupported();
     let model = Model::Phong(Phong { ks, shininess, mirror });
-    Material { name: m.name.clone(), kd, model, ke, unlit: false, map_kd, map_ke, map_d, map_normal: None }
+    whole(model, kd)
 }
 
 const fn is_mirror_model(m: &MtlMaterial) -> bool {
@@ -126,6 +139,38 @@ impl About<'_> {
         (Vec3::ZERO, shininess)
     }
 
+    /// Metalness and roughness, factors of 1 where there is a map.
+    fn metallic_roughness(
+        &self,
+        map_roughness: Option<TextureMap>,
+        map_metallic: Option<TextureMap>,
+    ) -> MetallicRoughness {
+        let factor = |value: Option<f32>, has_map: bool, default: f32| match value {
+            Some(value) if !has_map || value > 0.0 => value,
+            _ if has_map => 1.0,
+            _ => default,
+        };
+        MetallicRoughness {
+            metallic: factor(self.m.metallic, map_metallic.is_some(), 0.0),
+            roughness: factor(self.m.roughness, map_roughness.is_some(), DEFAULT_ROUGHNESS),
+            map_metallic,
+            map_roughness,
+        }
+    }
+
+    /// At most 1. A black metal is one whose colour stands in `Ks`.
+    fn base_colour(&mut self, kd: Vec3, has_map: bool) -> Vec3 {
+        let is_metal = self.m.metallic.is_some_and(|metallic| metallic > 0.5);
+        let colour = match self.m.ks.map(Vec3::from) {
+            Some(ks) if is_metal && kd == Vec3::ZERO && !has_map => ks,
+            _ => kd,
+        };
+        if colour.max_element() > 1.0 {
+            self.warn("Kd of more than 1 would reflect more than the light that arrives: 1 is used");
+        }
+        colour.min(Vec3::ONE)
+    }
+
     /// Both reflectances, scaled down where they reflect more than arrives.
     fn bounded(&mut self, kd: Vec3, ks: Vec3) -> (Vec3, Vec3) {
         let most = (kd + ks).max_element();
@@ -137,16 +182,13 @@ impl About<'_> {
     }
 
     fn unsupported(&mut self) {
-        // Exporters that write both ways to describe a surface derive the highlight from roughness and metalness.
-        let is_said =
-            |keyword: &str| self.m.ns.is_some() && ["pr", "pm"].iter().any(|k| keyword.eq_ignore_ascii_case(k));
-        let missed = self.m.unsupported.iter().filter(|(_, keyword)| !is_said(keyword));
-        let missed: Vec<String> = missed.map(|(what, keyword)| format!("{what} ({keyword})")).collect();
+        let missed: Vec<String> =
+            self.m.unsupported.iter().map(|(what, keyword)| format!("{what} ({keyword})")).collect();
         if !missed.is_empty() {
             self.warn(&format!("not supported yet and not used: {}", missed.join(", ")));
         }
         let mut options: Vec<&str> = Vec::new();
-        for map in [Map::Kd, Map::Ke, Map::D] {
+        for map in [Map::Kd, Map::Ke, Map::D, Map::Roughness, Map::Metallic, Map::Normal] {
             let Some(statement) = statement(self.m, map) else { continue };
             options.extend(&statement.unused);
             // A channel makes a mask, not a colour.
@@ -187,7 +229,7 @@ mod tests {
     #[test]
     fn no_channel_gains_energy() {
         let mut report = Report::default();
-        let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; 3], false, &mut report);
+        let m = build(&glossy([0.9, 0.3, 1.0], [0.7, 0.3, f32::MAX]), [None; MAPS], false, &mut report);
         let ks = m.phong().ks;
         assert!((m.kd + ks).max_element() <= 1.0);
         assert!((m.kd.x / ks.x - 9.0 / 7.0).abs() < 1e-5);
@@ -198,9 +240,14 @@ mod tests {
     #[test]
     fn black_factor_of_a_map_is_one() {
         let mut report = Report::default();
-        let m = build(&glossy([0.0; 3], [0.0; 3]), [Some(TextureId(0).into()), None, None], false, &mut report);
+        let m = build(
+            &glossy([0.0; 3], [0.0; 3]),
+            std::array::from_fn(|map| (map == 0).then_some(TextureId(0).into())),
+            false,
+            &mut report,
+        );
         assert_eq!(m.kd, Vec3::ONE);
-        assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; 3], false, &mut report).kd, Vec3::ZERO);
+        assert_eq!(build(&glossy([0.0; 3], [0.0; 3]), [None; MAPS], false, &mut report).kd, Vec3::ZERO);
     }
 
     #[test]
@@ -208,9 +255,9 @@ mod tests {
         let mut report = Report::default();
         let mut m = glossy([0.0; 3], [0.0; 3]);
         m.maps[Map::Kd as usize] = MapStatement::read(b"gone.png", 3);
-        assert_eq!(build(&m, [None; 3], false, &mut report).kd, Vec3::splat(DEFAULT_KD));
+        assert_eq!(build(&m, [None; MAPS], false, &mut report).kd, Vec3::splat(DEFAULT_KD));
         m.kd = Some([0.0, 0.0, 0.1]);
-        assert_eq!(build(&m, [None; 3], false, &mut report).kd, Vec3::new(0.0, 0.0, 0.1));
+        assert_eq!(build(&m, [None; MAPS], false, &mut report).kd, Vec3::new(0.0, 0.0, 0.1));
         assert_eq!(report.faults.len(), 1);
     }
 
@@ -219,11 +266,11 @@ mod tests {
         let mut report = Report::default();
         let red = MtlMaterial { ns: None, ..glossy([0.8, 0.1, 0.1], [1.0; 3]) };
         for (ns, illum) in [(None, None), (Some(0.0), Some(2)), (None, Some(7))] {
-            let m = build(&MtlMaterial { ns, illum, ..red.clone() }, [None; 3], false, &mut report);
+            let m = build(&MtlMaterial { ns, illum, ..red.clone() }, [None; MAPS], false, &mut report);
             assert_eq!((m.kd, m.phong().ks), (Vec3::new(0.8, 0.1, 0.1), Vec3::ZERO), "{ns:?} {illum:?}");
         }
         assert_eq!(report.faults.len(), 3);
-        let mirror = build(&MtlMaterial { illum: Some(3), ..red }, [None; 3], false, &mut report);
+        let mirror = build(&MtlMaterial { illum: Some(3), ..red }, [None; MAPS], false, &mut report);
         let Phong { ks, shininess, mirror } = mirror.phong();
         assert!(mirror && ks.x > 0.5 && shininess == MIRROR_NS, "mirrors need none");
     }
@@ -231,12 +278,25 @@ mod tests {
     #[test]
     fn what_is_not_used_is_one_warning() {
         let mut report = Report::default();
-        let unsupported = vec![("bump map", "bump".to_owned()), ("roughness", "Pr".to_owned())];
+        let unsupported = vec![("bump map", "bump".to_owned()), ("sheen", "Ps".to_owned())];
         let m = MtlMaterial { unsupported, ns: None, ..glossy([0.5; 3], [0.0; 3]) };
-        build(&m, [None; 3], false, &mut report);
-        build(&MtlMaterial { ns: Some(8.0), ..m }, [None; 3], false, &mut report);
+        build(&m, [None; MAPS], false, &mut report);
         let said: Vec<_> = report.faults.iter().map(|f| f.message.as_str()).collect();
-        let what = "material a: not supported yet and not used: bump map (bump)";
-        assert_eq!(said, [format!("{what}, roughness (Pr)"), what.to_owned()]);
+        assert_eq!(said, ["material a: not supported yet and not used: bump map (bump), sheen (Ps)"]);
+    }
+
+    /// The colour of a metal stands in `Kd`, or in `Ks` where that is black.
+    #[test]
+    fn metalness_and_roughness_are_a_model_of_their_own() {
+        let mut report = Report::default();
+        let m = MtlMaterial { roughness: Some(0.3), metallic: Some(1.0), ..glossy([0.5, 0.4, 0.3], [0.9; 3]) };
+        let built = build(&m, [None; MAPS], false, &mut report);
+        let expected = MetallicRoughness { metallic: 1.0, roughness: 0.3, map_metallic: None, map_roughness: None };
+        assert_eq!((built.kd, built.model), (Vec3::new(0.5, 0.4, 0.3), Model::MetallicRoughness(expected)));
+        let black = MtlMaterial { kd: Some([0.0; 3]), ..m.clone() };
+        assert_eq!(build(&black, [None; MAPS], false, &mut report).kd, Vec3::splat(0.9));
+        let zero = MtlMaterial { roughness: Some(0.0), metallic: Some(0.0), ..m };
+        assert!(!zero.is_metallic_roughness(), "what exporters write that fill in all keywords");
+        assert!(report.faults.is_empty());
     }
 }

@@ -27,6 +27,7 @@ mod materials;
 mod memory;
 mod mipmap;
 mod mtl;
+mod normal_maps;
 mod normals;
 mod obj;
 mod obj_text;
@@ -56,7 +57,7 @@ use coplanar::Coplanar;
 use footprint::Footprint;
 use glam::{DVec3, Vec2, Vec3};
 use light::Light;
-use material::{Material, MaterialId, TextureMap};
+use material::{Material, MaterialId, MetallicRoughness, TextureMap};
 use texture::Texture;
 
 /// What a scene displays when nothing on the command line says otherwise.
@@ -209,6 +210,20 @@ impl Scene {
         let m = self.material(triangle);
         let kd = m.kd * self.colour_at(triangle, u, v);
         kd * m.map_kd.as_ref().map_or(Vec3::ONE, |map| self.filtered(map, triangle, [u, v], footprint))
+    }
+
+    /// Metalness and perceptual roughness of a model on a triangle, textures filtered over a footprint about a point.
+    #[must_use]
+    pub fn metallic_roughness_over(
+        &self,
+        model: &MetallicRoughness,
+        triangle: TriangleId,
+        at: [f32; 2],
+        footprint: &Footprint,
+    ) -> [f32; 2] {
+        let looked_up =
+            |map: &Option<TextureMap>| map.as_ref().map_or(Vec3::ONE, |m| self.filtered(m, triangle, at, footprint));
+        [model.metallic * looked_up(&model.map_metallic).z, model.roughness * looked_up(&model.map_roughness).y]
     }
 
     fn filtered(&self, map: &TextureMap, triangle: TriangleId, [u, v]: [f32; 2], footprint: &Footprint) -> Vec3 {

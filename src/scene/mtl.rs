@@ -34,10 +34,14 @@ pub(super) struct MtlMaterial {
     pub ni: Option<f32>,
     /// Opacity (`d`, or 1 − `Tr`).
     pub d: Option<f32>,
+    /// Perceptual roughness (`Pr`), at most 1.
+    pub roughness: Option<f32>,
+    /// Metalness (`Pm`), at most 1.
+    pub metallic: Option<f32>,
     /// Illumination model.
     pub illum: Option<u8>,
     /// Textures, by [`Map`].
-    pub maps: [Option<MapStatement>; 4],
+    pub maps: [Option<MapStatement>; MAPS],
     /// What is not supported of the material: what it is, and the keyword.
     pub unsupported: Vec<(&'static str, String)>,
 }
@@ -51,14 +55,30 @@ pub(super) enum Map {
     Ke = 1,
     /// `map_d`
     D = 2,
+    /// `map_Pr`
+    Roughness = 3,
+    /// `map_Pm`
+    Metallic = 4,
+    /// `norm`
+    Normal = 5,
     /// `map_Ka`, in place of a missing `map_Kd`
-    Ka = 3,
+    Ka = 6,
 }
+
+/// Number of textures.
+pub(super) const MAPS: usize = 7;
 
 impl MtlMaterial {
     /// The statement of its diffuse texture.
     pub(super) fn diffuse_map(&self) -> Option<&MapStatement> {
         self.maps[Map::Kd as usize].as_ref().or(self.maps[Map::Ka as usize].as_ref())
+    }
+
+    /// Whether it is described by metalness and roughness. Values of 0 alone are what exporters write that fill in all keywords.
+    pub(super) fn is_metallic_roughness(&self) -> bool {
+        let is_given = |value: Option<f32>| value.is_some_and(|value| value > 0.0);
+        let has = |map: Map| self.maps[map as usize].is_some();
+        is_given(self.roughness) || is_given(self.metallic) || has(Map::Roughness) || has(Map::Metallic)
     }
 
     /// Whether the other material says the same, wherever.
@@ -78,11 +98,9 @@ fn at_no_line(map: Option<MapStatement>) -> Option<MapStatement> {
 const NO_DIFFERENCE: &str = "ka km kt sharpness map_aat pcr anisor";
 
 /// Statements that are not supported, in lower case, and what they are. A value of 0 asks for nothing.
-const UNSUPPORTED: [(&str, &str); 29] = [
+const UNSUPPORTED: [(&str, &str); 23] = [
     ("map_bump", "bump map"),
     ("bump", "bump map"),
-    ("norm", "normal map"),
-    ("map_norm", "normal map"),
     ("disp", "displacement map"),
     ("map_disp", "displacement map"),
     ("map_ks", "specular map"),
@@ -94,13 +112,9 @@ const UNSUPPORTED: [(&str, &str); 29] = [
     ("refl", "reflection map"),
     ("map_decal", "decal"),
     ("decal", "decal"),
-    ("pr", "roughness"),
-    ("pm", "metalness"),
     ("ps", "sheen"),
     ("pc", "clearcoat"),
     ("aniso", "anisotropy"),
-    ("map_pr", "roughness map"),
-    ("map_pm", "metalness map"),
     ("map_ps", "sheen map"),
     ("map_pc", "clearcoat map"),
     ("map_pcr", "clearcoat roughness map"),
@@ -158,10 +172,15 @@ impl Pass<'_> {
             "ni" => self.materials[index].ni = text::words(rest).next().and_then(text::number),
             "d" => self.opacity("d", rest, number),
             "tr" => self.opacity("Tr", rest, number),
+            "pr" => self.share("Pr", rest, number, |m| &mut m.roughness),
+            "pm" => self.share("Pm", rest, number, |m| &mut m.metallic),
             "illum" => self.illumination(rest, number),
             "map_kd" => self.map(Map::Kd, rest, number),
             "map_ke" => self.map(Map::Ke, rest, number),
             "map_d" | "map_opacity" => self.map(Map::D, rest, number),
+            "map_pr" => self.map(Map::Roughness, rest, number),
+            "map_pm" => self.map(Map::Metallic, rest, number),
+            "norm" | "map_norm" => self.map(Map::Normal, rest, number),
             "map_ka" => self.map(Map::Ka, rest, number),
             _ => self.not_used(word, &keyword, rest, number),
         }
@@ -228,6 +247,25 @@ impl Pass<'_> {
         }
         if let Some(material) = self.materials.last_mut() {
             material.ns = Some(ns.max(0.0));
+        }
+    }
+
+    /// A number from 0 to 1.
+    fn share(
+        &mut self,
+        keyword: &str,
+        rest: &[u8],
+        line: u32,
+        field: impl FnOnce(&mut MtlMaterial) -> &mut Option<f32>,
+    ) {
+        let Some(value) = self.number(rest, line) else {
+            return self.warn("share", line, &format!("{keyword} needs one finite number: it is left out"));
+        };
+        if !(0.0..=1.0).contains(&value) {
+            self.warn("share", line, &format!("{keyword} is outside 0 to 1 and is clamped"));
+        }
+        if let Some(material) = self.materials.last_mut() {
+            *field(material) = Some(value.clamp(0.0, 1.0));
         }
     }
 
@@ -330,7 +368,8 @@ mod tests {
     fn what_is_not_supported_is_listed_once() {
         let (m, report) = one("Ka 1\nbump a.png\nmap_Bump b.png\nPm 0\nPr 0.5\nPs 0 0 0\nmap_Ks c.png\nsharpness 60");
         let listed: Vec<_> = m.unsupported.iter().map(|(what, keyword)| format!("{what} ({keyword})")).collect();
-        assert_eq!(listed, ["bump map (bump)", "roughness (Pr)", "specular map (map_Ks)"]);
+        assert!(m.is_metallic_roughness());
+        assert_eq!(listed, ["bump map (bump)", "specular map (map_Ks)"]);
         assert!(report.faults.is_empty(), "{report:?}");
     }
 }

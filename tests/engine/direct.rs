@@ -2,7 +2,7 @@
 
 use crate::support::by_hand::{Mirror, both_sides, engine, light, material, patch, solve, triangle};
 use glam::Vec3;
-use penombre::bsdf::lobe;
+use penombre::bsdf::phong::lobe;
 use penombre::scene::light::LightKind;
 use penombre::scene::material::{MaterialId, Model};
 use penombre::scene::{FaceId, Scene, TriangleId};

@@ -138,7 +138,7 @@ fn a_move_tells_what_came_into_view_and_a_way_back_nothing() {
     assert_eq!(revealed.len(), new, "each face that was never seen is drawn");
     let matt = |run: &Run| {
         let slots = run.mirror.last.slots.iter();
-        slots.filter(|(slot, _)| run.engine.cache().slots[*slot].shininess().is_none()).count()
+        slots.filter(|(slot, _)| run.engine.cache().slots[*slot].gloss().is_none()).count()
     };
     assert!(matt(&run) <= 6 * new, "{} slots for {new} faces", matt(&run));
     run.work(20);

@@ -3,7 +3,8 @@
 use crate::support::by_hand::{light, material, patch, triangle};
 use crate::support::shapes;
 use glam::{DVec3, Vec3};
-use penombre::bsdf::lobe;
+use penombre::bsdf::Gloss;
+use penombre::bsdf::phong::lobe;
 use penombre::light::area::AreaSource;
 use penombre::light::lights::Lights;
 use penombre::light::receiver::Receiver;
@@ -37,7 +38,7 @@ fn closed(scene: &Scene, x: Vec3, normal: Vec3) -> f64 {
 }
 
 fn seen(x: Vec3, normal: Vec3, to_eye: Vec3, shininess: f32) -> Receiver {
-    Receiver { x, normal, to_eye, shininess }
+    Receiver { x, normal, to_eye, lobe: Gloss::Phong { shininess, mirror: false }.seen(normal, to_eye) }
 }
 
 fn close(value: f64, expected: f64, relative: f64) -> bool {

@@ -2,7 +2,8 @@
 
 use crate::support::by_hand::{light, material, patch, triangle};
 use glam::{DVec3, Vec2, Vec3};
-use penombre::bsdf::lobe;
+use penombre::bsdf::Gloss;
+use penombre::bsdf::phong::lobe;
 use penombre::light::area::AreaSource;
 use penombre::light::arrival::Arrival;
 use penombre::light::lights::Lights;
@@ -248,6 +249,11 @@ fn textured_emitters_have_a_mean_and_samples_their_own_radiance() {
 }
 
 /// Highlight at the origin by brute force: midpoints of n² parts of every triangle, with their own radiance.
+/// A surface at the origin.
+fn seen(normal: Vec3, to_eye: Vec3, shininess: f32) -> Receiver {
+    Receiver { x: Vec3::ZERO, normal, to_eye, lobe: Gloss::Phong { shininess, mirror: false }.seen(normal, to_eye) }
+}
+
 fn numeric_highlight(scene: &Scene, normal: Vec3, to_eye: Vec3, shininess: f32, n: u32) -> Vec3 {
     let mut sum = DVec3::ZERO;
     for t in (0..scene.triangles.len() as u32).map(TriangleId) {
@@ -277,7 +283,7 @@ fn highlights_of_many_triangles_match_quadrature() {
     {
         let scene = sphere(Vec3::new(0.2, 1.0, 0.0), 0.4, n);
         let expected = numeric_highlight(&scene, normal, to_eye, shininess, 8).x;
-        let value = area(&scene).specular(&scene, &Receiver { x: Vec3::ZERO, normal, to_eye, shininess }, 0.0).x;
+        let value = area(&scene).specular(&scene, &seen(normal, to_eye, shininess), 0.0).x;
         assert!((value - expected).abs() < tolerance * expected, "{n} {shininess}: {value} {expected}");
     }
 }
@@ -293,7 +299,7 @@ fn textured_highlights_match_quadrature() {
             let mirrored = mirrored.normalize();
             let to_eye = 2.0 * normal.dot(mirrored) * normal - mirrored;
             let expected = numeric_highlight(&scene, normal, to_eye, shininess, 80);
-            let value = source.specular(&scene, &Receiver { x: Vec3::ZERO, normal, to_eye, shininess }, 0.0);
+            let value = source.specular(&scene, &seen(normal, to_eye, shininess), 0.0);
             let error = (value - expected).abs().max_element();
             let scale = expected.max_element().max(0.1 * source.mean_radiance().x);
             assert!(error < 0.05 * scale, "{shininess} {mirrored}: {value} {expected}");

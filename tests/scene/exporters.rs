@@ -229,9 +229,7 @@ fn maps_that_are_not_supported_are_one_warning() {
         said(&loaded),
         [
             format!("materials bump, again: {what} bump map (map_Bump)"),
-            format!("material norm: {what} normal map (norm)"),
-            format!("material many: {what} specular map (map_Ks), roughness map (map_Pr)"),
-            format!("material pbr: {what} roughness (Pr)"),
+            format!("material many: {what} specular map (map_Ks)"),
         ]
     );
 }

@@ -1,19 +1,6 @@
-//! Reflection: a diffuse part and the normalised Phong lobe, f_r = k_d/π + k_s · lobe [FP03 §4.3].
-//!
-//! The interface of a lobe, and who calls what:
-//!
-//! | | Function | Callers |
-//! |---|---|---|
-//! | evaluate | [`lobe`], sr⁻¹, without k_s | `light`, `cache::luminance`, `reference::surface` |
-//! | sample | [`sample_lobe`], [`sample_diffuse`] | `reference::surface` |
-//! | density | [`lobe_density`], sr⁻¹ | `reference::surface`, to weigh samples of lights against it |
-//! | albedo | `scene::material::Material::highlight_albedo` | `estimate::surface`, `reference::surface` |
-//! | closed form | `math::phong_polygon::Lobe`, over a polygon | `light::area_specular`, `light::emission` |
-//! | spread light | `estimate::light_vector::LightVector::specular`, approximately | `cache::indirect` |
-//!
-//! k_d and k_s come from the scene ([`crate::scene::Scene::kd_at`], [`crate::scene::material::Material`]), which the
-//! loader keeps at k_d + k_s ≤ 1. The two last rows know the lobe's shape as well: another lobe needs its own of each.
+//! The physically normalised Phong lobe [FP03 §4.3].
 
+use super::around;
 use glam::Vec3;
 use std::f32::consts::TAU;
 
@@ -45,20 +32,6 @@ pub fn lobe_density(shininess: f32, value: f32) -> f32 {
 pub fn sample_lobe(shininess: f32, normal: Vec3, to_eye: Vec3, [u, v]: [f32; 2]) -> Vec3 {
     let mirrored = 2.0 * normal.dot(to_eye) * normal - to_eye;
     around(mirrored, u.powf((shininess + 1.0).recip()), v)
-}
-
-/// A unit direction chosen by `u` ∈ [0, 1)² in proportion to the cosine at a unit `normal`: of density cosθ/π, sr⁻¹.
-#[must_use]
-pub fn sample_diffuse(normal: Vec3, [u, v]: [f32; 2]) -> Vec3 {
-    around(normal, u.sqrt(), v)
-}
-
-/// The unit direction at angle acos(`cosine`) from a unit `axis`, turned about it by `turn` ∈ [0, 1).
-fn around(axis: Vec3, cosine: f32, turn: f32) -> Vec3 {
-    let (x, y) = axis.any_orthonormal_pair();
-    let (sin, cos) = (turn * TAU).sin_cos();
-    let radius = (1.0 - cosine * cosine).max(0.0).sqrt();
-    x * (radius * cos) + y * (radius * sin) + axis * cosine
 }
 
 #[cfg(test)]

@@ -1,0 +1,63 @@
+//! Light that is known by its mean direction and its width only, in a lobe.
+
+use super::GgxLobe;
+use glam::Vec3;
+use std::f32::consts::{PI, TAU};
+
+/// Light spread about a direction: a von Mises–Fisher lobe exp(κ cos).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpreadLight {
+    /// Unit mean direction.
+    pub axis: Vec3,
+    /// How wide it is, |V|/Φ: 1 from one direction, 1/2 from an even hemisphere.
+    pub concentration: f32,
+}
+
+/// One direction has no finite sharpness: above this the light is narrower than any highlight.
+const SHARPEST: f32 = 0.999_99;
+/// Concentration of an even hemisphere.
+const EVEN: f32 = 0.5;
+
+impl SpreadLight {
+    /// Sharpness κ of the lobe whose mean direction is as long as the concentration, by the approximation of \[Banerjee05\].
+    #[must_use]
+    pub fn sharpness(&self) -> f32 {
+        sharpness(self.concentration)
+    }
+
+    /// The normalised Phong lobe over it, over its irradiance, sr⁻¹. Both are taken as spherical Gaussians, whose product integrates to
+    /// one of sharpness sκ/(s+κ): good up to a shininess of 10 to 20 in wide light, beyond which the light within the lobe is not
+    /// what one direction and one width can tell.
+    pub(super) fn in_phong_lobe(&self, normal: Vec3, to_eye: Vec3, shininess: f32) -> f32 {
+        let mirrored = 2.0 * normal.dot(to_eye) * normal - to_eye;
+        let height = (shininess + 2.0) / (shininess + 1.0);
+        height * product(shininess, self.sharpness(), mirrored.dot(self.axis))
+    }
+
+    /// A GGX lobe over it, over its irradiance, sr⁻¹: the lobe as a spherical Gaussian about its mean direction of sharpness 2/α²
+    /// about the half vector, a quarter of that, over the cosine, in directions to light \[Wang09\]. What it finds of an even
+    /// hemisphere is made exact; a narrower light takes part in that less and less.
+    pub(super) fn in_ggx_lobe(&self, lobe: &GgxLobe) -> Vec3 {
+        let axis = lobe.direction();
+        let height = lobe.normal().dot(axis).max(0.1);
+        let sharpness_of_lobe = lobe.sharpness();
+        let found = product(sharpness_of_lobe, self.sharpness(), axis.dot(self.axis)) / height;
+        let even = PI * product(sharpness_of_lobe, sharpness(EVEN), height) / height;
+        let share = ((1.0 - self.concentration) / (1.0 - EVEN)).clamp(0.0, 1.0);
+        let once = lobe.albedo_once() * (found * (1.0 + share * (even.recip() - 1.0)));
+        once + lobe.again(lobe.normal().dot(self.axis), self.concentration)
+    }
+}
+
+fn sharpness(concentration: f32) -> f32 {
+    let r = concentration.min(SHARPEST);
+    r * (3.0 - r * r) / (1.0 - r * r)
+}
+
+/// Integral of the product of two normalised spherical Gaussians, sr⁻¹, whose axes have a `cosine` between them.
+fn product(a: f32, b: f32, cosine: f32) -> f32 {
+    let lambda = a * b / (a + b).max(f32::MIN_POSITIVE);
+    // 1 / ∫ exp(λ (cos − 1)) dω; at λ = 0 an even sphere.
+    let peak = if lambda > 1e-4 { lambda / (-TAU * (-2.0 * lambda).exp_m1()) } else { 0.5 / TAU };
+    peak * (lambda * (cosine - 1.0)).exp()
+}
