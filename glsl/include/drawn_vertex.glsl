@@ -1,9 +1,16 @@
+#extension GL_EXT_buffer_reference_uvec2 : require
 // A vertex of a drawn triangle from the list of this draw.
 // What goes to the fragment fills few vectors: a software rasteriser sets each of them up for every triangle.
 layout(location = 0) out vec4 weighted_diffuse; // a: the weight
 layout(location = 1) flat out uvec2 drawn; // face, id
 #ifndef MATTE // where nothing has highlights
 layout(location = 2) out vec3 weighted_specular;
+#endif
+
+#ifdef TURNED // by normal maps
+layout(location = 3) out vec3 weighted_light;
+
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightVectors { vec3 at[]; };
 #endif
 
 void set_drawn_vertex() {
@@ -16,6 +23,9 @@ void set_drawn_vertex() {
     weighted_diffuse = vec4(weight * slot_diffuse(shown), weight);
 #ifndef MATTE
     weighted_specular = weight * slot_specular(shown);
+#endif
+#ifdef TURNED
+    weighted_light = weight * LightVectors(frame.light_vectors).at[shown];
 #endif
     set_position(slot_position(slot));
 }

@@ -114,6 +114,7 @@ struct Frame {
     Textures textures;
     Texels texels;
     uvec2 colours; // address of three vertex colours a triangle, 0 without any
+    uvec2 light_vectors; // address of one a slot, where normal maps turn light
     uvec2 normals; // address of three shading normals a triangle, 0 where none is needed
     Slots slots;
     DrawnTriangles drawn_triangles;

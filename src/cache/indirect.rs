@@ -158,6 +158,15 @@ impl Cache {
         self.light_of(&self.indirect.sum(slot), slot, eye)
     }
 
+    /// Light vector of the indirect light at a slot by luminance over π, W·sr⁻¹·m⁻²: along the normal where nothing was gathered.
+    #[must_use]
+    pub fn indirect_vector(&self, slot: SlotId) -> Vec3 {
+        let sum = self.indirect.sum(slot);
+        let shown = luminance(self.slots[slot].indirect().diffuse);
+        let gathered = luminance(sum.irradiance()) / PI;
+        if gathered > 0.0 { sum.vector() * (shown / (gathered * PI)) } else { self.slots[slot].normal() * shown }
+    }
+
     /// What a slot gathered before the lights changed, as a guess of what it would now.
     fn guessed(&self, slot: SlotId, eye: Vec3) -> Option<SlotLight> {
         let light = self.light_of(&self.indirect.previous.guess(slot)?, slot, eye);

@@ -42,6 +42,9 @@ pub struct Shown {
     pub diffuse: Diffuse,
     /// Specular luminance S, W·sr⁻¹·m⁻² (docs/method/what-a-pixel-shows.md).
     pub specular: Vec3,
+    /// Light vector by luminance over π, W·sr⁻¹·m⁻²: its component along the normal is the luminance of D, about. Only where the scene has
+    /// normal maps, else 0.
+    pub light_vector: Vec3,
     /// What its vertex leaves to trace.
     pub left: Left,
     /// Whether all of it is a guess by what was found around its vertex, which was never visited.
@@ -80,7 +83,7 @@ pub fn shown(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3)
 #[must_use]
 pub fn parts(context: &SceneContext<'_>, cache: &Cache, slot: SlotId, eye: Vec3) -> Vec<LightPart> {
     let mut parts = Vec::new();
-    add_up(context, cache, slot, eye, |light, visibility, Sum { irradiance, variance, specular }| {
+    add_up(context, cache, slot, eye, |light, visibility, Sum { irradiance, variance, specular, .. }| {
         let diffuse = Diffuse { value: irradiance / PI, variance: variance / (PI * PI) };
         parts.push(LightPart { light, visibility, diffuse, specular });
     });
@@ -100,6 +103,7 @@ fn add_up(
     let vertex = &cache.vertices[record.vertex];
     let place = LitSlot::new(context, cache, slot, eye);
     let (mut sum, mut left) = (Sum::default(), Left::default());
+    let turns = cache.turns.then_some(place.receiver.normal);
     let around = place.is_guess.then(|| cache.prior.cells_of(vertex));
     for (light, (emitter, layer)) in context.lights.groups().zip(&cache.layers).enumerate() {
         let factor = context.lights.group_factor(light);
@@ -115,13 +119,14 @@ fn add_up(
         if visibility.fraction() > 0.0 || (spread > 0.0 && visibility.is_known()) {
             let samples = Samples { light, visibility, sum: layer.sums.get(slot) };
             let part = place.part(emitter, samples).times(factor);
-            of_light.add(part, spread);
-            sum.add(part, spread);
+            of_light.add(part, spread, None);
+            sum.add(part, spread, turns);
         }
         tell(light, visibility, of_light);
     }
     let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
-    Shown { diffuse, specular: sum.specular, left, guessed: around.is_some() }
+    let light_vector = sum.vector / PI;
+    Shown { diffuse, specular: sum.specular, light_vector, left, guessed: around.is_some() }
 }
 
 /// D of one light group at a slot, W·sr⁻¹·m⁻²: what it adds to that of [`shown`].
@@ -165,6 +170,8 @@ struct Part {
     /// Irradiance without occlusion, W·m⁻².
     unoccluded: Vec3,
     specular: Vec3,
+    /// Unit mean direction that it comes from, 0 if that is not known.
+    direction: Vec3,
 }
 
 impl Part {
@@ -173,6 +180,7 @@ impl Part {
             irradiance: self.irradiance * factor,
             unoccluded: self.unoccluded * factor,
             specular: self.specular * factor,
+            ..self
         }
     }
 }
@@ -183,13 +191,23 @@ struct Sum {
     irradiance: Vec3,
     variance: f32,
     specular: Vec3,
+    /// Light vector by luminance, W·m⁻².
+    vector: Vec3,
 }
 
+/// Least cosine to the normal at which light is taken to arrive, for light vectors: what grazes would make them long.
+const LEAST_COSINE: f32 = 0.1;
+
 impl Sum {
-    fn add(&mut self, part: Part, spread: f32) {
+    /// Adds a part; its light vector where the unit normal is given.
+    fn add(&mut self, part: Part, spread: f32, normal: Option<Vec3>) {
         self.irradiance += part.irradiance;
         self.variance += luminance(part.unoccluded).powi(2) * spread;
         self.specular += part.specular;
+        if let Some(normal) = normal {
+            let along = luminance(part.irradiance) / normal.dot(part.direction).max(LEAST_COSINE);
+            self.vector += part.direction * along;
+        }
     }
 }
 
@@ -295,7 +313,7 @@ impl<'a> LitSlot<'a> {
         if samples.visibility.is_unlikely() && !source.is_delta() {
             // Taken to be hidden for the most part: what little of it counts need not be exact.
             let unoccluded = source.rough_irradiance(x, normal);
-            return Part { irradiance: unoccluded * fraction, unoccluded, specular: Vec3::ZERO };
+            return Part { irradiance: unoccluded * fraction, unoccluded, direction: normal, ..Part::default() };
         }
         if let Some(part) = self.guess(source) {
             return Part { irradiance: part.unoccluded * fraction, specular: part.specular * fraction, ..part };
@@ -305,9 +323,10 @@ impl<'a> LitSlot<'a> {
             return arrival.map_or(Part::default(), |arrival| self.of_direction(&arrival, fraction));
         }
         let (irradiance, unoccluded) = self.irradiance(&appearance, samples);
-        let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO };
+        let (direction, concentration) = appearance.spread(x, normal);
+        let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO, direction };
         if let Some(gloss) = self.gloss {
-            let share = appearance.diffuse_share(x, normal, gloss);
+            let share = gloss.diffuse_in_spread(normal.dot(direction), concentration);
             part = Part { irradiance: irradiance * share, unoccluded: unoccluded * share, ..part };
         }
         if self.gloss.is_some() && fraction > 0.0 {
@@ -335,11 +354,11 @@ impl<'a> LitSlot<'a> {
     /// Light of an irradiance without occlusion from a unit direction, of which a fraction is visible.
     fn reflected(&self, unoccluded: Vec3, direction: Vec3, fraction: f32) -> Part {
         let Some(gloss) = self.gloss else {
-            return Part { irradiance: unoccluded * fraction, unoccluded, specular: Vec3::ZERO };
+            return Part { irradiance: unoccluded * fraction, unoccluded, specular: Vec3::ZERO, direction };
         };
         let share = gloss.diffuse_in(self.receiver.normal.dot(direction));
         let specular = unoccluded * fraction * self.receiver.lobe.value(direction);
-        Part { irradiance: unoccluded * (fraction * share), unoccluded: unoccluded * share, specular }
+        Part { irradiance: unoccluded * (fraction * share), unoccluded: unoccluded * share, specular, direction }
     }
 
     /// Light of a group: what its sources send without occlusion, each exactly, times the fraction that they share.
@@ -349,6 +368,7 @@ impl<'a> LitSlot<'a> {
             let part = self.unoccluded(source);
             all.irradiance += part.unoccluded * factor;
             all.specular += part.specular * factor;
+            all.direction += part.direction * luminance(part.unoccluded * factor);
         }
         let full = all.irradiance;
         let fraction = samples.visibility.fraction();
@@ -357,7 +377,7 @@ impl<'a> LitSlot<'a> {
         let irradiance = sampled.unwrap_or(full * fraction);
         let shines = fraction > 0.0 && all.specular != Vec3::ZERO;
         let specular = if shines { all.specular * self.lobe_visibility(samples) } else { Vec3::ZERO };
-        Part { irradiance, unoccluded: full, specular }
+        Part { irradiance, unoccluded: full, specular, direction: all.direction.normalize_or_zero() }
     }
 
     /// Light of one source of a closed form as if nothing occluded it.
@@ -368,9 +388,13 @@ impl<'a> LitSlot<'a> {
         let appearance = source.appearance(self.receiver.x, self.receiver.normal);
         let unoccluded = appearance.irradiance(self.context.scene, &self.receiver);
         let floor = luminance(unoccluded) * COLOURLESS;
-        let Some(gloss) = self.gloss else { return Part { irradiance: unoccluded, unoccluded, specular: Vec3::ZERO } };
-        let shown = unoccluded * appearance.diffuse_share(self.receiver.x, self.receiver.normal, gloss);
-        Part { irradiance: shown, unoccluded: shown, specular: self.highlight(&appearance, floor) }
+        let Receiver { x, normal, .. } = self.receiver;
+        let (direction, concentration) = appearance.spread(x, normal);
+        let Some(gloss) = self.gloss else {
+            return Part { irradiance: unoccluded, unoccluded, specular: Vec3::ZERO, direction };
+        };
+        let shown = unoccluded * gloss.diffuse_in_spread(normal.dot(direction), concentration);
+        Part { irradiance: shown, unoccluded: shown, specular: self.highlight(&appearance, floor), direction }
     }
 
     /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible

@@ -4,6 +4,7 @@
 use super::ids::{NodeId, SlotId};
 use super::slot::{Eye, SlotLight};
 use super::store::Cache;
+use crate::bsdf::Gloss;
 use crate::math::luminance;
 use glam::Vec3;
 use smallvec::SmallVec;
@@ -111,10 +112,19 @@ impl Cache {
 
     /// The light of a slot as it would be on the surface of another.
     fn turned(&self, slot: SlotId, other: SlotId, eye: Eye<'_>) -> SlotLight {
+        let lobe = self.gloss(other).filter(|gloss| matches!(gloss, Gloss::Ggx(_)));
         let (record, gathered, other) = (&self.slots[slot], self.indirect.sum(slot), &self.slots[other]);
         let gain = if gathered.samples() > 0 { gathered.turning(record.normal(), other.normal()) } else { 1.0 };
         let as_glossy = record.gloss() == other.gloss();
-        let specular = if as_glossy { eye.specular.get(slot).indirect } else { Vec3::ZERO };
+        // A lobe of GGX is about the other's own normal: it may be narrow.
+        let specular = match lobe {
+            Some(gloss) if gathered.samples() > 0 => {
+                let to_eye = (eye.position - self.vertices[other.vertex].position).normalize_or(other.normal());
+                gathered.specular(&gloss.seen(other.normal(), to_eye))
+            }
+            _ if as_glossy => eye.specular.get(slot).indirect,
+            _ => Vec3::ZERO,
+        };
         SlotLight { diffuse: record.indirect().diffuse * gain, ..SlotLight::new(record.indirect(), specular) }
     }
 }

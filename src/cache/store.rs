@@ -62,6 +62,8 @@ pub struct Cache {
     pub(super) roots: FxHashMap<FaceId, NodeId>,
     /// The scene's scale, scene units.
     pub(super) scale: f32,
+    /// Whether normal maps turn light, so that its vectors are wanted.
+    pub turns: bool,
     /// Pieces that are taken out.
     pub without: Pieces,
 }
@@ -76,7 +78,9 @@ impl Cache {
         let prior = VisibilityPrior::new(groups, scale);
         let (penumbrae, expected) = (Penumbrae::new(groups), IrradiancePrior::new(scale));
         let layers = vec![Layer::default(); groups];
-        Self { glosses: Glosses::new(scene), layers, expected, prior, penumbrae, radiance, scale, ..Self::default() }
+        let turns = scene.materials.iter().any(|material| material.map_normal.is_some());
+        let glosses = Glosses::new(scene);
+        Self { glosses, layers, expected, prior, penumbrae, radiance, scale, turns, ..Self::default() }
     }
 
     /// The root of `face`, if there is one.

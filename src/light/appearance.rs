@@ -4,7 +4,6 @@ use super::area::AreaSource;
 use super::arrival::Arrival;
 use super::closed_form::ClosedForm;
 use super::receiver::Receiver;
-use crate::bsdf::Gloss;
 use crate::math::sequence::Sequence;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -32,16 +31,15 @@ impl Appearance<'_> {
         !matches!(self, Self::Sampled(_))
     }
 
-    /// What the diffuse part of a surface of unit `normal` at `x` counts times in the source's light ([`Gloss::diffuse_in`]).
+    /// Unit mean direction of the source's light at `x`, and how wide it is, |V|/Φ: 1 from one direction, 1/2 from an even hemisphere.
     #[must_use]
-    pub fn diffuse_share(&self, x: Vec3, normal: Vec3, gloss: Gloss) -> f32 {
+    pub fn spread(&self, x: Vec3, normal: Vec3) -> (Vec3, f32) {
         let to_centre = |area: &AreaSource| (area.centre - x).normalize_or(normal);
-        let (direction, concentration) = match self {
+        match self {
             Self::Direction(arrival) => (arrival.map_or(normal, |arrival| arrival.direction), 1.0),
             Self::Distant(area, _) | Self::Sampled(area) => (to_centre(area), 1.0),
             Self::Form(_, form) => form.spread(),
-        };
-        gloss.diffuse_in_spread(normal.dot(direction), concentration)
+        }
     }
 
     /// Unoccluded irradiance on the surface of the receiver, W·m⁻²: from a few points where there is no closed form.

@@ -174,6 +174,7 @@ impl Renderer {
     /// Sends what the shaders read.
     fn send(&mut self, plan: &mut Plan, display: Option<Display>) -> Result<()> {
         self.mesh.slots.flush(&self.device)?;
+        self.mesh.light_vectors.flush(&self.device)?;
         self.mesh.drawn_triangles.flush(&self.device)?;
         self.drawn_list.replace(plan.list.clone());
         self.drawn_list.flush(&self.device)?;
@@ -210,6 +211,7 @@ impl Renderer {
             textures: scene.textures.address(),
             texels: scene.texels.address(),
             colours: scene.colours.as_ref().map_or(0, Buffer::address),
+            light_vectors: self.mesh.light_vectors.address(),
             normals: scene.normals.as_ref().map_or(0, Buffer::address),
             slots: self.mesh.slots.address(),
             drawn_triangles: self.mesh.drawn_triangles.address(),

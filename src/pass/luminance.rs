@@ -38,7 +38,10 @@ pub(super) struct Luminance {
 impl Luminance {
     pub(super) fn new(device: &Device, bindings: &Bindings, options: &RendererOptions, needs: Needs) -> Result<Self> {
         let draws_specular = needs.draws_specular(options);
-        let (vertex, fragment, on_face) = if draws_specular {
+        let (vertex, fragment, on_face) = if needs.normal_maps {
+            let on_face = shaders::LUMINANCE_ON_FACE_TURNED_FRAG;
+            (shaders::LUMINANCE_TURNED_VERT, shaders::LUMINANCE_TURNED_FRAG, on_face)
+        } else if draws_specular {
             (shaders::LUMINANCE_VERT, shaders::LUMINANCE_FRAG, shaders::LUMINANCE_ON_FACE_FRAG)
         } else {
             let on_face = shaders::LUMINANCE_ON_FACE_MATTE_FRAG;

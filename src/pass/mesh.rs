@@ -74,6 +74,9 @@ impl Batch {
 /// The drawn triangles and their slots, with their arrays on the device.
 pub(super) struct LuminanceMesh {
     pub slots: DeviceArray<GpuSlot>,
+    /// Light vectors of slots, where normal maps turn light; empty elsewhere.
+    pub light_vectors: DeviceArray<[f32; 3]>,
+    has_light_vectors: bool,
     pub drawn_triangles: DeviceArray<GpuDrawnTriangle>,
     states: Vec<DrawnState>,
     /// How many drawn triangles of each face are part of the mesh.
@@ -95,9 +98,12 @@ pub(super) struct LuminanceMesh {
 }
 
 impl LuminanceMesh {
-    pub(super) fn new(device: &Device) -> Result<Self> {
+    /// An empty mesh, with light vectors or without.
+    pub(super) fn new(device: &Device, has_light_vectors: bool) -> Result<Self> {
         Ok(Self {
             slots: DeviceArray::new(device, "slots")?,
+            light_vectors: DeviceArray::new(device, "light vectors")?,
+            has_light_vectors,
             drawn_triangles: DeviceArray::new(device, "drawn_triangles")?,
             states: Vec::new(),
             of_face: Vec::new(),
@@ -143,6 +149,7 @@ impl LuminanceMesh {
             let slots = corners.map(|corner| {
                 let slot = self.slots.len() as u32;
                 self.slots.set(slot, corner);
+                self.set_light_vector(slot, Vec3::ZERO);
                 slot
             });
             let filling = GpuDrawnTriangle { slots, face: face.0, flat_slot: NONE };
@@ -318,6 +325,13 @@ impl LuminanceMesh {
         for (id, slot) in &update.slots {
             self.max_value = self.max_value.max(slot.diffuse.max_element()).max(slot.specular.max_element());
             self.slots.set(id.0, GpuSlot::from(slot));
+            self.set_light_vector(id.0, slot.light_vector);
+        }
+    }
+
+    fn set_light_vector(&mut self, slot: u32, vector: Vec3) {
+        if self.has_light_vectors {
+            self.light_vectors.set(slot, vector.to_array());
         }
     }
 

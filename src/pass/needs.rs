@@ -31,18 +31,24 @@ pub(super) struct Needs {
 }
 
 impl Needs {
-    /// Whatever there is.
-    pub(super) const ALL: Self = Self {
+    /// What most scenes need some of: pipelines that are made before the scene is known.
+    pub(super) const COMMON: Self = Self {
         highlights: true,
         vertex_colours: true,
         textures: true,
         emission_textures: true,
         bright_textures: true,
         clamped_textures: true,
-        metallic_roughness: true,
-        normal_maps: true,
-        linear_textures: true,
+        metallic_roughness: false,
+        normal_maps: false,
+        linear_textures: false,
     };
+
+    /// The common ones, and what a scene needs beyond them.
+    pub(super) fn at_least(scene: &Scene) -> Self {
+        let Self { metallic_roughness, normal_maps, linear_textures, .. } = Self::of(scene);
+        Self { metallic_roughness, normal_maps, linear_textures, ..Self::COMMON }
+    }
 
     /// What a scene needs.
     pub(super) fn of(scene: &Scene) -> Self {
@@ -85,7 +91,10 @@ impl Needs {
     /// Whether the luminance pass draws S: not where there is none, unless a shader is used that comes with it only.
     pub(super) fn draws_specular(self, options: &RendererOptions) -> bool {
         let others = [UpdateMode::StencilExport, UpdateMode::Lookup];
-        self.highlights || options.atomic_counts || others.iter().any(|mode| options.modes.contains(mode))
+        self.highlights
+            || self.normal_maps
+            || options.atomic_counts
+            || others.iter().any(|mode| options.modes.contains(mode))
     }
 }
 

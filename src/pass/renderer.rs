@@ -128,10 +128,10 @@ impl Renderer {
         bindings.bind_images(&targets.sampled());
         let camera = Camera { position: Vec3::ZERO, look_at: Vec3::NEG_Z, up: Vec3::Y, vertical_fov: 45.0 };
         Ok(Self {
-            passes: Passes::new(&device, &bindings, &options, Needs::ALL)?,
+            passes: Passes::new(&device, &bindings, &options, Needs::COMMON)?,
             read_back: ReadBack::new(&device, size.pixels())?,
             scene: SceneBuffers::new(&device, &mut commands, &Scene::default())?,
-            mesh: LuminanceMesh::new(&device)?,
+            mesh: LuminanceMesh::new(&device, false)?,
             drawn_list: DeviceArray::new(&device, "drawn list")?,
             marks: DeviceArray::new(&device, "marks")?,
             view: View::new(&camera, size, 1.0),
@@ -154,7 +154,7 @@ impl Renderer {
             mark_references: DeviceArray::new(&device, "mark references")?,
             stencil_works: options.depth.has_stencil(),
             options,
-            needs: Needs::ALL,
+            needs: Needs::COMMON,
             histogram: Histogram::default(),
             queries: OcclusionQueries::new(&device, "patch pixels", MAX_QUERIES)?,
             query_counts: Vec::new(),
@@ -187,7 +187,7 @@ impl Renderer {
     /// [`crate::error::Error::Exhausted`] when memory runs out.
     pub fn load(&mut self, scene: &Scene) -> Result<()> {
         self.scene = SceneBuffers::new(&self.device, &mut self.commands, scene)?;
-        self.mesh = LuminanceMesh::new(&self.device)?;
+        self.mesh = LuminanceMesh::new(&self.device, Needs::of(scene).normal_maps)?;
         self.extent = scene.scale();
         self.filling = None;
         self.lights.clear();

@@ -26,6 +26,8 @@ pub(super) struct FrameUniform {
     pub texels: u64,
     /// Address of three vertex colours a triangle; 0 without any.
     pub colours: u64,
+    /// Address of a light vector a slot, over the luminance of D times π; only where there are normal maps.
+    pub light_vectors: u64,
     /// Address of three shading normals a triangle; 0 where none is needed.
     pub normals: u64,
     pub slots: u64,
@@ -174,7 +176,7 @@ pub(super) struct GpuLookupRoot {
 
 host_matches_shader!(FrameUniform, frame, {
     clip_from_world: CLIP_FROM_WORLD, positions: POSITIONS, triangles: TRIANGLES, visibility_triangles: VISIBILITY_TRIANGLES, coplanar: COPLANAR,
-    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, colours: COLOURS, normals: NORMALS, slots: SLOTS, drawn_triangles: DRAWN_TRIANGLES,
+    materials: MATERIALS, textures: TEXTURES, texels: TEXELS, colours: COLOURS, light_vectors: LIGHT_VECTORS, normals: NORMALS, slots: SLOTS, drawn_triangles: DRAWN_TRIANGLES,
     drawn_list: DRAWN_LIST, marks: MARKS, lookup_nodes: LOOKUP_NODES, lookup_roots: LOOKUP_ROOTS,
     list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, drawn_pixels: DRAWN_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,

@@ -12,9 +12,9 @@ use crate::vk::commands::Load;
 impl Renderer {
     /// Makes the pipelines anew if they leave out what a scene needs, or what it does not need is to be left out.
     pub(super) fn tailor(&mut self, scene: &Scene) -> Result<()> {
-        let needs = Needs::of(scene);
+        let needs = if self.options.tailored { Needs::of(scene) } else { Needs::at_least(scene) };
         // The empty one that stands for none leaves all as it is.
-        if !self.options.tailored || scene.triangles.is_empty() || needs == self.needs {
+        if scene.triangles.is_empty() || needs == self.needs {
             return Ok(());
         }
         self.needs = needs;

@@ -47,7 +47,7 @@ impl Visibility {
             colour: &[ID_FORMAT],
             depth_stencil: Some(depth.format),
             colour_writes: ColourWrites::Replace,
-            constants: &Needs::ALL.constants(options),
+            constants: &Needs::COMMON.constants(options),
         };
         let with_mask = PipelineDesc {
             vertex: shaders::VISIBILITY_MASKED_VERT,

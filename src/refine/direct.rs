@@ -209,6 +209,7 @@ impl Engine {
         for (&slot, shown) in slots.iter().zip(values.into_iter().flatten()) {
             self.cache.note_direct(slot, &shown);
             self.view.specular.update(slot, |at| at.direct = shown.specular);
+            self.view.light_vectors.update(slot, |vector| *vector = shown.light_vector);
         }
         let is_fresh = |&&slot: &&SlotId| !self.cache.slots[slot].indirect().known;
         let fresh: Vec<SlotId> = slots.iter().filter(is_fresh).copied().collect();

@@ -328,7 +328,7 @@ impl ErrorModel<'_> {
 
     /// Share of D that a leaf shows, in the mean.
     pub(super) fn diffuse_reflectance(&self, id: NodeId) -> f32 {
-        self.reflectances.of_face(self.scene, self.cache.topology.nodes[id].face)[0]
+        self.reflectances.of_noise(self.scene, self.cache.topology.nodes[id].face)
     }
 
     /// Luminance by which a pixel of a leaf is known to differ most from what its corners say.

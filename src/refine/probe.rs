@@ -130,7 +130,7 @@ impl Engine {
     fn vertex(&self, id: SlotId, barycentric: f32, share: f32) -> Vertex {
         let record = &self.cache.slots[id];
         let progress = self.cache.vertices[record.vertex].progress;
-        let Slot { position, weight, diffuse, specular } = value(&self.cache, &self.view, id);
+        let Slot { position, weight, diffuse, specular, .. } = value(&self.cache, &self.view, id);
         let lights = self.lights_at(id);
         let mut unaccounted = Light { diffuse: record.direct().diffuse, specular: self.view.specular.get(id).direct };
         lights.iter().for_each(|part| unaccounted.add(part.light, -1.0));

@@ -9,6 +9,7 @@ use crate::cache::pool::Table;
 use crate::cache::slot::{COVERED_WEIGHT, Luminance};
 use crate::cache::store::Cache;
 use crate::scene::FaceId;
+use glam::Vec3;
 use std::collections::VecDeque;
 
 /// What has been published and what is due.
@@ -222,7 +223,23 @@ pub fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
         _ => 0.0,
     };
     let position = cache.vertices[record.vertex].position;
-    Slot { position, weight, diffuse: cache.diffuse_to_show(slot), specular: view.specular.get(slot).total() }
+    let (diffuse, specular) = (cache.diffuse_to_show(slot), view.specular.get(slot).total());
+    Slot { position, weight, diffuse, specular, light_vector: light_vector(cache, view, slot) }
+}
+
+/// Longest light vector that is sent: light that grazes would make bumps glow.
+const MOST_TURNING: f32 = 4.0;
+
+/// See [`Slot::light_vector`].
+fn light_vector(cache: &Cache, view: &ViewState, slot: SlotId) -> Vec3 {
+    if !cache.turns {
+        return Vec3::ZERO;
+    }
+    let record = &cache.slots[slot];
+    let vector = view.light_vectors.get(slot) + cache.indirect_vector(slot);
+    let along = vector.dot(record.normal());
+    let over = if along > 0.0 { vector / along } else { record.normal() };
+    over.clamp_length_max(MOST_TURNING)
 }
 
 #[cfg(test)]

@@ -121,7 +121,13 @@ impl HostMesh {
     /// Contents of a slot; black, at the origin and without weight if it was never written.
     #[must_use]
     pub fn slot(&self, id: SlotId) -> Slot {
-        let empty = Slot { position: Vec3::ZERO, weight: 0.0, diffuse: Vec3::ZERO, specular: Vec3::ZERO };
+        let empty = Slot {
+            position: Vec3::ZERO,
+            weight: 0.0,
+            diffuse: Vec3::ZERO,
+            specular: Vec3::ZERO,
+            light_vector: Vec3::ZERO,
+        };
         self.slots.get(id.0 as usize).copied().flatten().unwrap_or(empty)
     }
 

@@ -21,6 +21,9 @@ pub struct Slot {
     pub diffuse: Vec3,
     /// Specular luminance S for the present camera, W·sr⁻¹·m⁻².
     pub specular: Vec3,
+    /// Light vector of all light over π times the luminance of D, a vector of component 1 along the shading normal: how D changes as a normal
+    /// map turns that. Only where there are normal maps, else 0.
+    pub light_vector: Vec3,
 }
 
 /// One region of one face to redraw; the ranges index [`Update::patch_triangles`].

@@ -123,6 +123,8 @@ pub struct ViewState {
     pub vertices: Table<VertexId, VertexView>,
     /// S for the eye. That of slots out of view is for the last eye that saw them.
     pub specular: SpecularTable,
+    /// Light vectors of direct light over π by slot, by luminance, W·sr⁻¹·m⁻², where normal maps turn light.
+    pub light_vectors: Sparse<SlotId, Vec3>,
 }
 
 // There are 4/3 of each a leaf.
@@ -133,8 +135,13 @@ impl ViewState {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        let Self { lists, faces, leaves, hidden, indirect, vertices, specular, .. } = self;
-        let tables = leaves.bytes() + hidden.bytes() + indirect.bytes() + vertices.bytes() + specular.bytes();
+        let Self { lists, faces, leaves, hidden, indirect, vertices, specular, light_vectors, .. } = self;
+        let tables = leaves.bytes()
+            + hidden.bytes()
+            + indirect.bytes()
+            + vertices.bytes()
+            + specular.bytes()
+            + light_vectors.bytes();
         tables + lists.bytes() + faces.bytes()
     }
 

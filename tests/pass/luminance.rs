@@ -17,7 +17,7 @@ fn patches(update_mode: UpdateMode) -> FrameOptions {
 /// A field of light that is linear in space: interpolation must give it back exactly.
 fn linear_light(position: Vec3) -> Slot {
     let diffuse = Vec3::new(2.0, 3.0, 4.0) + position;
-    Slot { position, weight: 1.0, diffuse, specular: Vec3::splat(1.5) - position.zxy() * 0.5 }
+    Slot { position, weight: 1.0, diffuse, specular: Vec3::splat(1.5) - position.zxy() * 0.5, light_vector: Vec3::ZERO }
 }
 
 trait Swizzle {
@@ -71,7 +71,13 @@ fn invalid_vertices_take_no_part() {
             let valid = face == visible[0].0 && position != first;
             let value = if valid { 5.0 } else { 1000.0 };
             let weight = f32::from(u8::from(valid));
-            Slot { position, weight, diffuse: Vec3::splat(value), specular: Vec3::splat(value) }
+            Slot {
+                position,
+                weight,
+                diffuse: Vec3::splat(value),
+                specular: Vec3::splat(value),
+                light_vector: Vec3::ZERO,
+            }
         });
         renderer.apply(&update).unwrap();
         renderer.frame(&FULL).unwrap();
@@ -93,7 +99,13 @@ fn values_beyond_half_range_are_scaled() {
             if round == 2 {
                 renderer.reset_drawn();
             }
-            let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::splat(value), specular: Vec3::ZERO };
+            let light = |_, position| Slot {
+                position,
+                weight: 1.0,
+                diffuse: Vec3::splat(value),
+                specular: Vec3::ZERO,
+                light_vector: Vec3::ZERO,
+            };
             renderer.apply(&base_update(&scene, faces(&visible), round == 1, light)).unwrap();
             // The second round overflows within an incremental frame, which must notice by itself.
             let options = if round == 1 { patches(UpdateMode::Id) } else { FULL };
@@ -114,7 +126,13 @@ fn luminances_are_rounded_to_nearest() {
         let mut off = 0.0;
         for i in 0..40 {
             let value = 0.5 + 0.5 * noise(i);
-            let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::splat(value), specular: Vec3::ZERO };
+            let light = |_, position| Slot {
+                position,
+                weight: 1.0,
+                diffuse: Vec3::splat(value),
+                specular: Vec3::ZERO,
+                light_vector: Vec3::ZERO,
+            };
             renderer.apply(&base_update(&scene, faces(&visible), i > 0, light)).unwrap();
             renderer.frame(&FULL).unwrap();
             let error = renderer.read_layers().unwrap().d[8 * 16 + 8][0] - value;
@@ -288,7 +306,13 @@ fn faces_without_light_yet_are_dark_not_transparent() {
         let scene = scene_to_refine();
         let visible = faces(&show(renderer, &scene, 96, 96));
         let lit: Vec<FaceId> = visible.iter().copied().step_by(2).collect();
-        let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
+        let light = |_, position| Slot {
+            position,
+            weight: 1.0,
+            diffuse: Vec3::ONE,
+            specular: Vec3::ZERO,
+            light_vector: Vec3::ZERO,
+        };
         renderer.apply(&base_update(&scene, lit.iter().copied(), false, light)).unwrap();
         renderer.frame(&FULL).unwrap();
         let layers = renderer.read_layers().unwrap();

@@ -60,8 +60,13 @@ fn draw(renderer: &mut Renderer, scene: &Scene, size: ImageSize) -> (Layers, Vec
     let visible = faces(&show(renderer, scene, size.width, size.height));
     let is_glossy = scene.materials.iter().any(penombre::scene::material::Material::is_glossy);
     let specular = |position: Vec3| if is_glossy { 3.0 - position } else { Vec3::ZERO };
-    let light =
-        |_, position: Vec3| Slot { position, weight: 1.0, diffuse: position + 2.0, specular: specular(position) };
+    let light = |_, position: Vec3| Slot {
+        position,
+        weight: 1.0,
+        diffuse: position + 2.0,
+        specular: specular(position),
+        light_vector: Vec3::ZERO,
+    };
     renderer.apply(&base_update(scene, visible, false, light)).unwrap();
     let combine = Some(Display::default());
     renderer.frame(&FrameOptions { full_luminance: true, colour: true, combine, ..FrameOptions::default() }).unwrap();

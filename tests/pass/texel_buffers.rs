@@ -33,7 +33,13 @@ fn draw(device: &Arc<Device>, mode: UpdateMode, texel_buffers: bool) -> Layers {
     let mut renderer = Renderer::with_options(Arc::clone(device), SIZE, options).unwrap();
     let scene = scene();
     let visible = faces(&show(&mut renderer, &scene, SIZE.width, SIZE.height));
-    let light = |_, position: Vec3| Slot { position, weight: 1.0, diffuse: position + 2.0, specular: 3.0 - position };
+    let light = |_, position: Vec3| Slot {
+        position,
+        weight: 1.0,
+        diffuse: position + 2.0,
+        specular: 3.0 - position,
+        light_vector: Vec3::ZERO,
+    };
     renderer.apply(&base_update(&scene, visible, false, light)).unwrap();
     let full = FrameOptions { full_luminance: true, colour: true, update_mode: mode, ..FrameOptions::default() };
     renderer.frame(&full).unwrap();

@@ -30,7 +30,13 @@ fn start_up_and_passes() {
         renderer.resize(ImageSize { width, height }).unwrap();
         renderer.set_view(&view_of(&scene, width, height), Vec2::ZERO);
         let visible = renderer.visibility().unwrap();
-        let light = |_: FaceId, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
+        let light = |_: FaceId, position| Slot {
+            position,
+            weight: 1.0,
+            diffuse: Vec3::ONE,
+            specular: Vec3::ZERO,
+            light_vector: Vec3::ZERO,
+        };
         renderer.apply(&base_update(&scene, faces(&visible), false, light)).unwrap();
         let combine = Some(Display::default());
         let all =
@@ -101,7 +107,13 @@ fn many_triangles_at_once() {
         let mut renderer = Renderer::new(Arc::clone(&device), size).unwrap();
         let scene = terrain(n);
         let visible = faces(&show(&mut renderer, &scene, 512, 512));
-        let light = |_, position| Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO };
+        let light = |_, position| Slot {
+            position,
+            weight: 1.0,
+            diffuse: Vec3::ONE,
+            specular: Vec3::ZERO,
+            light_vector: Vec3::ZERO,
+        };
         let combine = Some(Display::default());
         let frame = FrameOptions { combine, update_mode: mode, ..FrameOptions::default() };
         let mut mesh = Splitter::new(&scene, &visible);
