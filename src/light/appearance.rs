@@ -3,7 +3,9 @@
 use super::area::AreaSource;
 use super::arrival::Arrival;
 use super::closed_form::ClosedForm;
+use super::environment::EnvironmentSource;
 use super::receiver::Receiver;
+use super::sun::SunSource;
 use crate::bsdf::lobe;
 use crate::math::sequence::Sequence;
 use crate::scene::Scene;
@@ -20,6 +22,10 @@ pub enum Appearance<'a> {
     Form(&'a AreaSource, ClosedForm<'a>),
     /// An area light of too many triangles.
     Sampled(&'a AreaSource),
+    /// A picture all around.
+    Around(&'a EnvironmentSource),
+    /// A disc, infinitely far.
+    Disc(&'a SunSource),
 }
 
 /// Points that stand in for a closed form where there is none.
@@ -41,6 +47,8 @@ impl Appearance<'_> {
             Self::Distant(_, irradiance) => *irradiance,
             Self::Form(area, form) => area.irradiance(form, x, normal),
             Self::Sampled(area) => estimate(scene, area, x, normal),
+            Self::Around(environment) => environment.irradiance(normal),
+            Self::Disc(sun) => sun.irradiance(normal),
         }
     }
 
@@ -56,6 +64,8 @@ impl Appearance<'_> {
             }
             Self::Form(area, form) => area.specular_of(scene, form, receiver, floor),
             Self::Sampled(area) => area.specular(scene, receiver, floor),
+            Self::Around(environment) => environment.specular(receiver),
+            Self::Disc(sun) => sun.specular(receiver),
         }
     }
 }
