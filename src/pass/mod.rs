@@ -32,6 +32,7 @@ mod readback;
 mod renderer;
 mod scene_buffers;
 mod shared;
+mod sky;
 mod show;
 mod survivors;
 mod tailor;

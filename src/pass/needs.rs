@@ -2,8 +2,10 @@
 //! attachment: pipelines that are made for the scene leave out what no part of it has.
 
 use super::options::RendererOptions;
+use super::texture_maps::environment;
 use super::update::UpdateMode;
 use crate::scene::Scene;
+use crate::scene::light::LightKind;
 use crate::scene::material::Material;
 use crate::scene::texture::{Encoding, Wrap};
 
@@ -22,6 +24,8 @@ pub(super) struct Needs {
     pub bright_textures: bool,
     /// Textures whose edge goes on outside of [0, 1].
     pub clamped_textures: bool,
+    /// Something to be seen where no geometry is.
+    pub sky: bool,
 }
 
 impl Needs {
@@ -33,6 +37,7 @@ impl Needs {
         emission_textures: true,
         bright_textures: true,
         clamped_textures: true,
+        sky: true,
     };
 
     /// What a scene needs.
@@ -45,8 +50,12 @@ impl Needs {
             vertex_colours: !scene.colours.is_empty(),
             textures: emission_textures || any(|material| material.map_kd.is_some()),
             emission_textures,
-            bright_textures: scene.textures.iter().any(|texture| texture.encoding() == Encoding::SharedExponent),
+            bright_textures: environment(scene).is_some()
+                || scene.textures.iter().any(|texture| texture.encoding() == Encoding::SharedExponent),
             clamped_textures: maps.into_iter().any(|map| map.wrap == Wrap::Clamp),
+            sky: scene.lights.iter().any(|light| {
+                matches!(light.kind, LightKind::Environment(_) | LightKind::Sun { .. })
+            }),
         }
     }
 
@@ -59,6 +68,7 @@ impl Needs {
             self.emission_textures,
             self.bright_textures,
             self.clamped_textures,
+            self.sky,
         ];
         let mut constants = [0; CONSTANTS];
         constants[0] = u32::from(options.texel_buffers);
@@ -76,7 +86,7 @@ impl Needs {
 
 /// Specialisation constants of all shaders, by their numbers.
 pub(super) type Constants = [u32; CONSTANTS];
-const CONSTANTS: usize = 9;
+const CONSTANTS: usize = 10;
 
 #[cfg(test)]
 mod tests {

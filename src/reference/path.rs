@@ -144,7 +144,7 @@ impl<'a> Tracer<'a> {
         let beside = [Vec2::X, Vec2::Y].map(|offset| direction(offset).distance(middle));
         // Many points of a pixel filter by themselves; a single one does as the colour pass.
         let angle = if self.settings.filter == Filter::Point { beside[0].max(beside[1]) } else { 0.0 };
-        let seen = |light| lights.sources[light].seen_at_infinity(middle, angle) * lights.factor(light);
+        let seen = |light: usize| lights.sources[light].seen_at_infinity(middle, angle) * lights.factor(light);
         lights.at_infinity().map(seen).sum()
     }
 
