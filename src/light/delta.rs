@@ -49,10 +49,9 @@ pub(super) fn bounds(kind: &LightKind) -> Option<LightBounds> {
         LightKind::Spot { position, direction, intensity, cos_inner, cos_outer } => {
             Some(LightBounds::of_spot(position, direction, luminance(intensity), [cos_inner, cos_outer]))
         }
-        LightKind::Directional { .. }
-        | LightKind::Environment(_)
-        | LightKind::Sun { .. }
-        | LightKind::Area { .. } => None,
+        LightKind::Directional { .. } | LightKind::Environment(_) | LightKind::Sun { .. } | LightKind::Area { .. } => {
+            None
+        }
     }
 }
 

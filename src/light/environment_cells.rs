@@ -79,7 +79,7 @@ impl Cells {
             texels: vec![0.0; (width * height) as usize],
         };
         cells.add_up(picture);
-        let vectors = texel_vectors(picture);
+        let vectors = texel_vectors(picture.size());
         for (row, column) in (0..count[1]).flat_map(|row| (0..count[0]).map(move |column| (row, column))) {
             let (xs, ys) = (cells.columns(column), cells.rows_of(row));
             let last = cells.rows[column * height as usize + ys.end as usize - 1];
@@ -206,12 +206,14 @@ pub(super) fn clipped(cosine: f32, reach: f32) -> f32 {
 fn cone(picture: &Picture, xs: &Range<u32>, ys: &Range<u32>) -> (Vec3, f32) {
     let [width, height] = picture.size().map(|n| n as f32);
     let direction = |x: f32, y: f32| {
-        let ((sin_turn, cos_turn), (sin_down, cos_down)) = (((x / width - 0.5) * TAU).sin_cos(), (y * PI / height).sin_cos());
+        let ((sin_turn, cos_turn), (sin_down, cos_down)) =
+            (((x / width - 0.5) * TAU).sin_cos(), (y * PI / height).sin_cos());
         Vec3::new(sin_down * sin_turn, cos_down, sin_down * cos_turn)
     };
     let [x, y] = [xs, ys].map(|range| [range.start as f32, (range.start + range.end) as f32 * 0.5, range.end as f32]);
     let middle = direction(x[1], y[1]);
-    let reach = y.iter().flat_map(|&y| x.map(|x| direction(x, y).dot(middle).clamp(-1.0, 1.0).acos())).fold(0.0, f32::max);
+    let reach =
+        y.iter().flat_map(|&y| x.map(|x| direction(x, y).dot(middle).clamp(-1.0, 1.0).acos())).fold(0.0, f32::max);
     let is_narrow = reach < FRAC_PI_2 && x[2] - x[0] < width * 0.3;
     (middle, if is_narrow { (reach + 1e-3).sin() } else { 2.0 })
 }

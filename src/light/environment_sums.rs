@@ -88,9 +88,12 @@ impl IrradianceTable {
 
 /// The picture in blocks.
 fn blocks(picture: &Picture) -> Vec<Block> {
-    let [width, height] = picture.size();
-    let count = [BLOCKS[0].min(width), BLOCKS[1].min(height)];
-    let vectors = texel_vectors(picture);
+    let size = picture.size();
+    // Texels of small pictures are cut up: their light is not from about one direction.
+    let parts = [0, 1].map(|axis| BLOCKS[axis].div_ceil(size[axis]));
+    let [width, height] = [0, 1].map(|axis| size[axis] * parts[axis]);
+    let count = BLOCKS;
+    let vectors = texel_vectors([width, height]);
     let range = |of: u32, parts: u32, at: u32| {
         let first = |at: u32| (u64::from(of) * u64::from(at) / u64::from(parts)) as u32;
         first(at)..first(at + 1)
@@ -98,11 +101,11 @@ fn blocks(picture: &Picture) -> Vec<Block> {
     let block = |index: u32| {
         let (mut power, mut vector) = (DVec3::ZERO, DMat3::ZERO);
         for y in range(height, count[1], index / count[0]) {
-            let solid_angle = f64::from(picture.solid_angle(y));
+            let row = &picture.texels()[(y / parts[1] * size[0]) as usize..];
             for x in range(width, count[0], index % count[0]) {
-                let radiance = picture.texels()[(y * width + x) as usize].as_dvec3();
+                let radiance = row[(x / parts[0]) as usize].as_dvec3();
                 let along = vectors.of(x, y);
-                power += radiance * solid_angle;
+                power += radiance * vectors.solid_angles[y as usize];
                 vector += DMat3::from_cols(along * radiance.x, along * radiance.y, along * radiance.z);
             }
         }
@@ -122,11 +125,13 @@ pub(super) struct TexelVectors {
     columns: Vec<[f64; 2]>,
     /// By row: ∫ sin²θ dθ, and ∫ sinθ cosθ dθ times the width of a column.
     rows: Vec<[f64; 2]>,
+    /// By row, sr.
+    solid_angles: Vec<f64>,
 }
 
-/// Prepares them for a picture.
-pub(super) fn texel_vectors(picture: &Picture) -> TexelVectors {
-    let [width, height] = picture.size().map(f64::from);
+/// Prepares them for a picture of so many columns and rows.
+pub(super) fn texel_vectors([columns, rows]: [u32; 2]) -> TexelVectors {
+    let [width, height] = [columns, rows].map(f64::from);
     let column = |x: f64| {
         let [left, right] = [x, x + 1.0].map(|x| (x / width - 0.5) * TAU);
         [left.cos() - right.cos(), right.sin() - left.sin()]
@@ -136,10 +141,11 @@ pub(super) fn texel_vectors(picture: &Picture) -> TexelVectors {
         let level = 0.5 * (bottom - top) - 0.25 * ((2.0 * bottom).sin() - (2.0 * top).sin());
         [level, 0.5 * (bottom.sin().powi(2) - top.sin().powi(2)) * TAU / width]
     };
-    let [columns, rows] = picture.size();
+    let solid_angle = |y: f64| 2.0 * ((y + 0.5) * PI / height).sin() * (0.5 * PI / height).sin() * TAU / width;
     TexelVectors {
         columns: (0..columns).map(|x| column(f64::from(x))).collect(),
         rows: (0..rows).map(|y| row(f64::from(y))).collect(),
+        solid_angles: (0..rows).map(|y| solid_angle(f64::from(y))).collect(),
     }
 }
 
@@ -158,16 +164,16 @@ mod tests {
 
     /// Irradiance texel by texel, each cut into parts where the horizon crosses it.
     fn brute_force(picture: &Picture, normal: Vec3) -> Vec3 {
-        const PARTS: u32 = 4;
+        let parts = 4 * BLOCKS[0].div_ceil(picture.size()[0]);
         let [width, height] = picture.size();
         let mut sum = DVec3::ZERO;
-        for (y, x) in (0..height * PARTS).flat_map(|y| (0..width * PARTS).map(move |x| (y, x))) {
-            let down = (f64::from(y) + 0.5) * PI / f64::from(height * PARTS);
-            let turn = ((f64::from(x) + 0.5) / f64::from(width * PARTS) - 0.5) * TAU;
+        for (y, x) in (0..height * parts).flat_map(|y| (0..width * parts).map(move |x| (y, x))) {
+            let down = (f64::from(y) + 0.5) * PI / f64::from(height * parts);
+            let turn = ((f64::from(x) + 0.5) / f64::from(width * parts) - 0.5) * TAU;
             let direction = DVec3::new(down.sin() * turn.sin(), down.cos(), down.sin() * turn.cos());
-            let area = down.sin() * PI / f64::from(height * PARTS) * TAU / f64::from(width * PARTS);
+            let area = down.sin() * PI / f64::from(height * parts) * TAU / f64::from(width * parts);
             let cosine = direction.dot(normal.as_dvec3()).max(0.0);
-            sum += picture.texels()[(y / PARTS * width + x / PARTS) as usize].as_dvec3() * (cosine * area);
+            sum += picture.texels()[(y / parts * width + x / parts) as usize].as_dvec3() * (cosine * area);
         }
         sum.as_vec3()
     }
@@ -187,7 +193,9 @@ mod tests {
     #[test]
     fn irradiance_is_the_integral_of_the_picture() {
         let noise = |i: u32| Vec3::from_slice(&Sequence::new(3).point(i)[..3]);
-        let smooth = |i: u32| Vec3::new((i / 128) as f32, 20.0, 64.0 - (i / 128) as f32) * (1.0 + ((i % 128) as f32 * 0.05).sin());
+        let smooth = |i: u32| {
+            Vec3::new((i / 128) as f32, 20.0, 64.0 - (i / 128) as f32) * (1.0 + ((i % 128) as f32 * 0.05).sin())
+        };
         check(&Picture::new([128, 64], (0..128 * 64).map(smooth).collect()));
         check(&Picture::new([100, 37], (0..3700).map(noise).collect()));
         check(&Picture::new([3, 2], (0..6).map(noise).collect()));
@@ -200,7 +208,7 @@ mod tests {
         texels[20 * 128 + 77] = Vec3::new(1e5, 9e4, 8e4);
         let picture = Picture::new([128, 64], texels);
         check(&picture);
-        let sun = texel_vectors(&picture).of(77, 20).normalize().as_vec3();
+        let sun = texel_vectors(picture.size()).of(77, 20).normalize().as_vec3();
         let table = IrradianceTable::new(&picture);
         let across = sun.any_orthonormal_vector();
         let most = table.at(sun).x;

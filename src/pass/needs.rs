@@ -53,9 +53,10 @@ impl Needs {
             bright_textures: environment(scene).is_some()
                 || scene.textures.iter().any(|texture| texture.encoding() == Encoding::SharedExponent),
             clamped_textures: maps.into_iter().any(|map| map.wrap == Wrap::Clamp),
-            sky: scene.lights.iter().any(|light| {
-                matches!(light.kind, LightKind::Environment(_) | LightKind::Sun { .. })
-            }),
+            sky: scene
+                .lights
+                .iter()
+                .any(|light| matches!(light.kind, LightKind::Environment(_) | LightKind::Sun { .. })),
         }
     }
 

@@ -56,7 +56,15 @@ fn clean(texels: &mut [Vec3]) -> usize {
     let most = texels.par_iter().map(brightest).reduce(|| 0.0, f32::max);
     let cleaned = |texel: &mut Vec3| {
         let is_clean = texel.to_array().into_iter().all(is_light);
-        let clean = |c: f32| if c > MAX_VALUE { most } else if c >= 0.0 { c } else { 0.0 };
+        let clean = |c: f32| {
+            if c > MAX_VALUE {
+                most
+            } else if c >= 0.0 {
+                c
+            } else {
+                0.0
+            }
+        };
         *texel = Vec3::from(texel.to_array().map(clean));
         usize::from(!is_clean)
     };

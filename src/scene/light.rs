@@ -100,7 +100,9 @@ impl LightKind {
     const fn why_fixed(&self) -> Option<&'static str> {
         match self {
             Self::Point { .. } | Self::Spot { .. } => None,
-            Self::Directional { .. } | Self::Environment(_) | Self::Sun { .. } => Some("is infinitely far: it has no place to move"),
+            Self::Directional { .. } | Self::Environment(_) | Self::Sun { .. } => {
+                Some("is infinitely far: it has no place to move")
+            }
             Self::Area { .. } => Some("is geometry: it stays where it is"),
         }
     }

@@ -147,8 +147,11 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
 
 fn files_read(path: &Path, named: Vec<PathBuf>, library: &MaterialLibrary, images: &[Texture]) -> Vec<PathBuf> {
     let images = images.iter().map(|image| PathBuf::from(image.name()));
-    let mut files: Vec<PathBuf> =
-        std::iter::once(path.to_owned()).chain(named).chain(library.files().map(Path::to_owned)).chain(images).collect();
+    let mut files: Vec<PathBuf> = std::iter::once(path.to_owned())
+        .chain(named)
+        .chain(library.files().map(Path::to_owned))
+        .chain(images)
+        .collect();
     files.sort_unstable();
     files.dedup();
     files

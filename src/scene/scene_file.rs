@@ -105,7 +105,12 @@ struct Entry<T> {
 }
 
 /// Gives each entry its name, or `what` and its number, and rejects names that stand twice.
-fn name_all<T, O>(t: &mut Table, entries: Vec<At<Entry<T>>>, what: &str, mut make: impl FnMut(String, T) -> O) -> Vec<O> {
+fn name_all<T, O>(
+    t: &mut Table,
+    entries: Vec<At<Entry<T>>>,
+    what: &str,
+    mut make: impl FnMut(String, T) -> O,
+) -> Vec<O> {
     let mut lines: HashMap<String, u32> = HashMap::new();
     let mut out = Vec::new();
     for (number, At { value: Entry { name, content }, line }) in entries.into_iter().enumerate() {

@@ -35,7 +35,8 @@ pub(super) fn read_environment(t: &mut Table, directory: &Path) -> Option<Sky> {
         (None, Some(At { line, .. })) => {
             // A scene that is refused anyway needs no picture, but its faults are told with the others.
             let read = environment_file::read(file.as_deref().unwrap_or(directory), scale);
-            let told = read.map_err(|why| t.error(line, format!("file: {why}: name a .hdr, .exr, .png or .jpg picture")));
+            let told =
+                read.map_err(|why| t.error(line, format!("file: {why}: name a .hdr, .exr, .png or .jpg picture")));
             told.ok().map(|decoded| {
                 let path = file.as_deref().unwrap_or(directory).display();
                 decoded.warnings.iter().for_each(|warning| t.warn(line, format!("{path}: {warning}")));
@@ -141,14 +142,18 @@ fn read_sun(t: &mut Table, frame: Option<(Vec3, Vec3)>) -> Option<Vec3> {
         let unit = value.as_dvec3().normalize_or_zero().as_vec3();
         let (up, _) = frame?;
         if unit == Vec3::ZERO || unit.dot(up) < 0.0 {
-            t.error(line, "sun_direction must lead to the sun, above the horizon: there is no model of the sky after sunset");
+            t.error(
+                line,
+                "sun_direction must lead to the sun, above the horizon: there is no model of the sky after sunset",
+            );
             return None;
         }
         return Some(unit);
     }
     if by_angles {
         let elevation = t.required("sun_elevation", elevation)?;
-        let turn = azimuth.map_or(Some(0.0), |at| Some(at.value)).filter(|_| azimuth.is_some() || !t.has("sun_azimuth"));
+        let turn =
+            azimuth.map_or(Some(0.0), |at| Some(at.value)).filter(|_| azimuth.is_some() || !t.has("sun_azimuth"));
         return Some(towards(frame?, [elevation.value.to_radians(), turn?.to_radians()]));
     }
     let date = t.required("date", date);
@@ -183,10 +188,12 @@ fn towards((up, north): (Vec3, Vec3), [elevation, azimuth]: [f32; 2]) -> Vec3 {
 
 /// Elevation and azimuth of the sun, degrees, refraction included, at a date and a time that is `offset` hours ahead of UTC.
 fn sun_at(date: &str, time: &str, offset: f64, place: Location) -> Result<[f64; 2], String> {
-    let numbers = |text: &str, separator: char| text.split(separator).map(|n| n.parse::<f64>().ok()).collect::<Option<Vec<f64>>>();
-    let [year, month, day] = numbers(date, '-').and_then(|n| <[f64; 3]>::try_from(n).ok()).ok_or_else(|| {
-        format!("date must be year-month-day, as in 2026-06-21, this is {date}")
-    })?;
+    let numbers = |text: &str, separator: char| {
+        text.split(separator).map(|n| n.parse::<f64>().ok()).collect::<Option<Vec<f64>>>()
+    };
+    let [year, month, day] = numbers(date, '-')
+        .and_then(|n| <[f64; 3]>::try_from(n).ok())
+        .ok_or_else(|| format!("date must be year-month-day, as in 2026-06-21, this is {date}"))?;
     let clock = numbers(time, ':').filter(|n| (2..=3).contains(&n.len()));
     let clock = clock.filter(|n| n[0] < 24.0 && n.iter().all(|&x| (0.0..60.0).contains(&x)));
     let clock = clock.ok_or_else(|| format!("time must be hours:minutes, as in 15:30, this is {time}"))?;
@@ -222,7 +229,9 @@ mod tests {
         let there = Location { latitude: 51.4769, longitude: 15.0 };
         let ahead = sun_at("2026-06-21", "13:30:00", 1.0, there).expect("a time");
         assert!((ahead[0] - sun_at("2026-06-21", "12:30", 0.0, there).expect("a time")[0]).abs() < 1e-6);
-        for (date, time) in [("2026-02-30", "12:00"), ("21.6.2026", "12:00"), ("2026-06-21", "25:00"), ("2026-06-21", "noon")] {
+        for (date, time) in
+            [("2026-02-30", "12:00"), ("21.6.2026", "12:00"), ("2026-06-21", "25:00"), ("2026-06-21", "noon")]
+        {
             assert!(sun_at(date, time, 0.0, greenwich).is_err(), "{date} {time}");
         }
     }

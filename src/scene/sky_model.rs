@@ -178,7 +178,10 @@ mod tests {
     #[test]
     fn the_sun_is_as_bright_as_measured() {
         let above_the_air: f32 = SOLAR.iter().map(|band| band.1 * matching(band.0).y * STEP).sum();
-        assert!((125.0..140.0).contains(&(above_the_air * 0.683)), "solar illuminance constant 133 klx: {above_the_air}");
+        assert!(
+            (125.0..140.0).contains(&(above_the_air * 0.683)),
+            "solar illuminance constant 133 klx: {above_the_air}"
+        );
         let [noon, evening] = [60.0, 5.0].map(|elevation| model(elevation, 2.5).sun_irradiance());
         assert!((80.0..115.0).contains(&kilolux(noon)), "{noon}");
         assert!((5.0..35.0).contains(&kilolux(evening)), "{evening}");
@@ -202,6 +205,9 @@ mod tests {
         assert!((7.0..25.0).contains(&kilolux(horizontal)), "{horizontal}");
         let ground = (horizontal + sky.sun_irradiance() * 0.5_f32.sqrt()) * 0.2 / PI;
         assert!((at(height - 1, 0) / ground - 1.0).abs().max_element() < 1e-3, "{ground}");
-        assert!(at(height / 2 - 1, width / 2) != ground && at(height / 2, width / 2) == at(height - 1, 0), "the horizon");
+        assert!(
+            at(height / 2 - 1, width / 2) != ground && at(height / 2, width / 2) == at(height - 1, 0),
+            "the horizon"
+        );
     }
 }

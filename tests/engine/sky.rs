@@ -116,7 +116,8 @@ fn relative_error(rotation: f32, rays: u64) -> f64 {
 
 #[test]
 fn a_sun_of_one_texel_converges_however_the_sky_is_turned() {
-    let errors = [0.0_f32, 90.0].map(|degrees| [10_000, 300_000].map(|rays| relative_error(degrees.to_radians(), rays)));
+    let errors =
+        [0.0_f32, 90.0].map(|degrees| [10_000, 300_000].map(|rays| relative_error(degrees.to_radians(), rays)));
     for [few, many] in errors {
         assert!(many < 1e-4 && many < few, "{errors:?}");
     }

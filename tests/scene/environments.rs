@@ -51,11 +51,15 @@ fn a_constant_and_a_picture_are_read() {
     });
     for name in ["p.hdr", "p.exr"] {
         picture.save(folder.path().join(name)).expect("written");
-        let text = format!("{HEAD}[[light]]\nkind = \"environment\"\nfile = \"{name}\"\nrotation = 90\nscale = [2, 1, 1]\n");
+        let text =
+            format!("{HEAD}[[light]]\nkind = \"environment\"\nfile = \"{name}\"\nrotation = 90\nscale = [2, 1, 1]\n");
         std::fs::write(folder.path().join("s.toml"), text).expect("written");
         let loaded = loaded(folder.path());
         let found = environment(&loaded).radiance(Vec3::new(-1.0, -0.1, -0.1).normalize());
-        assert!((found - Vec3::new(8.0, 2.0, 0.0)).abs().max_element() < 0.05, "{name}: {found}, the middle to the left");
+        assert!(
+            (found - Vec3::new(8.0, 2.0, 0.0)).abs().max_element() < 0.05,
+            "{name}: {found}, the middle to the left"
+        );
         assert!(loaded.files.iter().any(|file| file.ends_with(name)), "{:?}", loaded.files);
         if name == "p.exr" {
             let warnings = loaded.report.lines(Severity::Warning);
@@ -66,7 +70,8 @@ fn a_constant_and_a_picture_are_read() {
         }
     }
     image::RgbImage::from_pixel(4, 2, image::Rgb([188, 0, 255])).save(folder.path().join("p.png")).expect("written");
-    std::fs::write(folder.path().join("s.toml"), format!("{HEAD}[light]\nkind = \"environment\"\nfile = \"p.png\"\n")).expect("written");
+    std::fs::write(folder.path().join("s.toml"), format!("{HEAD}[light]\nkind = \"environment\"\nfile = \"p.png\"\n"))
+        .expect("written");
     let found = environment_of(&folder).radiance(Vec3::Y);
     assert!((found - Vec3::new(0.503, 0.0, 1.0)).abs().max_element() < 2e-3, "sRGB: {found}");
 }
@@ -74,7 +79,9 @@ fn a_constant_and_a_picture_are_read() {
 #[test]
 fn a_sky_has_a_sun_of_its_own() {
     let sky = |more: &str| {
-        let folder = folder(&format!("[[light]]\nkind = \"sky\"\nname = \"above\"\nsun_elevation = 30\nsun_azimuth = 90\n{more}"));
+        let folder = folder(&format!(
+            "[[light]]\nkind = \"sky\"\nname = \"above\"\nsun_elevation = 30\nsun_azimuth = 90\n{more}"
+        ));
         loaded(folder.path())
     };
     let both = sky("");
@@ -86,14 +93,18 @@ fn a_sky_has_a_sun_of_its_own() {
     let picture = environment(&both);
     let [towards, away] = [1.0, -1.0].map(|side| picture.radiance(Vec3::new(side * 0.85, 0.5, 0.1).normalize()));
     assert!(towards.min_element() > 2.0 * away.x, "brighter around the sun: {towards} {away}");
-    let dimmed = sky("scale = 0.5\n[[light]]\nname = \"sun\"\nkind = \"point\"\nposition = [0, 0, 0]\nintensity = [1, 1, 1]\n");
+    let dimmed =
+        sky("scale = 0.5\n[[light]]\nname = \"sun\"\nkind = \"point\"\nposition = [0, 0, 0]\nintensity = [1, 1, 1]\n");
     let LightKind::Sun { radiance: half, .. } = dimmed.scene.lights[2].kind else { panic!("no sun") };
     assert!((half * 2.0 / radiance - 1.0).abs().max_element() < 1e-5);
     assert_eq!(dimmed.scene.lights[2].name, "sun (sky)");
     assert_eq!(sky("sun = false\n").scene.lights.len(), 1);
     let z_up = sky("up = [0, 0, 1]\nnorth = [1, 0, 0.2]\n");
     let LightKind::Sun { direction, .. } = z_up.scene.lights[1].kind else { panic!("no sun") };
-    assert!(direction.distance(Vec3::new(0.0, -(0.75_f32.sqrt()), 0.5)) < 1e-5, "east is −y where north is +x: {direction}");
+    assert!(
+        direction.distance(Vec3::new(0.0, -(0.75_f32.sqrt()), 0.5)) < 1e-5,
+        "east is −y where north is +x: {direction}"
+    );
 }
 
 #[test]
@@ -112,7 +123,8 @@ fn the_sun_may_be_told_by_place_and_time() {
 fn faults_have_their_lines() {
     let said = |text: &str, line: u32, words: &str| {
         let report = refused(text);
-        let at = |fault: &&penombre::scene::report::Fault| fault.place.line == Some(line) && fault.message.contains(words);
+        let at =
+            |fault: &&penombre::scene::report::Fault| fault.place.line == Some(line) && fault.message.contains(words);
         assert!(report.faults.iter().any(|fault| at(&fault)), "no {words:?} at line {line}: {report:#?}");
     };
     let environment = "[[light]]\nkind = \"environment\"\n";
@@ -137,7 +149,11 @@ fn faults_have_their_lines() {
     said(&format!("{sky}sun_elevation = 20\nnorth = [0, 5, 0]"), third + 1, "north");
     said(&format!("{sky}sun_elevation = 20\nsun = 1"), third + 1, "true or false");
     said(&format!("{sky}date = 2026-06-21\ntime = 12:00:00\nlatitude = 91\nlongitude = 0"), third + 2, "latitude");
-    said(&format!("{sky}date = 2026-06-21\ntime = 01:00:00\nlatitude = 48\nlongitude = 0"), third + 1, "below the horizon");
+    said(
+        &format!("{sky}date = 2026-06-21\ntime = 01:00:00\nlatitude = 48\nlongitude = 0"),
+        third + 1,
+        "below the horizon",
+    );
     said(&format!("{sky}date = 2026-06-21\ntime = 12:00:00\nlatitude = 48"), FIRST, "lacks longitude");
     said(&format!("{sky}date = 2026-13-21\ntime = 12:00:00\nlatitude = 48\nlongitude = 0"), third, "");
     said(&format!("{sky}sun_elevation = 20\n{environment}radiance = [1, 1, 1]"), third + 1, "two environments");
