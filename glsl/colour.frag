@@ -10,12 +10,14 @@
 #include "half.glsl"
 #include "normals.glsl"
 #include "metallic_roughness.glsl"
+#include "sky.glsl"
 #extension GL_EXT_buffer_reference_uvec2 : require
 
 // What some of the scene needs (src/pass/needs.rs).
 layout(constant_id = 4) const bool VERTEX_COLOURS = true;
 layout(constant_id = 5) const bool TEXTURES = true;
 layout(constant_id = 6) const bool EMISSION_TEXTURES = true;
+layout(constant_id = 12) const bool SKY = true;
 
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer Colours { vec3 at[]; };
 
@@ -39,6 +41,9 @@ void main() {
     uint id = texelFetch(ids, ivec2(gl_FragCoord.xy), 0).x;
     out_kd = out_ks = out_emission = vec4(0.0);
     if (id == 0u) {
+        if (SKY) {
+            out_emission = stored(sky_at(gl_FragCoord.xy + frame.jitter, frame.filter_width));
+        }
         return;
     }
     uint triangle = (id - 1u) >> 1;

@@ -91,5 +91,7 @@ void main() {
         return;
     }
     float coverage = texelFetch(image_kd, p, 0).a;
-    display = vec4(coverage > 0.0 ? coloured(p) : vec3(0.0), coverage);
+    // Where no geometry is there is nothing but what is emitted from beyond.
+    bool shows = coverage > 0.0 || VIEW == BESIDE || VIEW == EMISSION;
+    display = vec4(shows ? coloured(p) : vec3(0.0), coverage);
 }

@@ -139,6 +139,12 @@ struct Frame {
     vec2 depth_of_inverse;  // depth is x / distance along the view + y
     float background_depth; // farther than any drawn triangle, nearer than nothing
     uint lookup_stamp;      // of the drawn triangles to look up; 0 for all
+    uint sky;               // texture entry of the environment's picture, or NONE
+    vec3 sky_factor;        // what its radiance counts times, emission_scale included
+    vec3 sky_axes[3];       // directions of what lies right of its middle, above, in its middle
+    vec3 sun_direction;     // unit, to its middle
+    float sun_reach;        // distance between the ends of unit directions to its middle and to its edge
+    vec3 sun_radiance;      // times emission_scale
     uint padding;           // to a multiple of an address
 };
 

@@ -5,6 +5,7 @@ use super::slot::Luminance;
 use super::store::Cache;
 use super::vertex::{Left, Vertex};
 use crate::bsdf::Gloss;
+use crate::estimate::lobe_share::lobe_share;
 use crate::estimate::visibility::{AreaSum, Origin, Visibility};
 use crate::light::appearance::Appearance;
 use crate::light::arrival::Arrival;
@@ -332,7 +333,9 @@ impl<'a> LitSlot<'a> {
         if self.gloss.is_some() && fraction > 0.0 {
             let full = self.highlight(&appearance, luminance(unoccluded) * COLOURLESS);
             if full != Vec3::ZERO {
-                part.specular = full * self.lobe_visibility(samples);
+                let is_around = matches!(source, Source::Environment(_));
+                part.specular =
+                    full * if is_around { self.share_around(samples) } else { self.lobe_visibility(samples) };
             }
         }
         part
@@ -415,6 +418,19 @@ impl<'a> LitSlot<'a> {
     /// Highlight without occlusion.
     fn highlight(&self, appearance: &Appearance<'_>, floor: f32) -> Vec3 {
         appearance.specular(self.context.scene, &self.receiver, floor)
+    }
+
+    /// Visible share of a highlight of light from all around.
+    fn share_around(&self, Samples { light, visibility, .. }: Samples) -> f32 {
+        let fraction = visibility.fraction();
+        if visibility.points == 0 || fraction == 1.0 {
+            return fraction;
+        }
+        let lobe = self.receiver.lobe;
+        let points = self.context.points(&self.vertex.shading_point(), light);
+        let traced = visibility.remembered();
+        let traced = traced.filter_map(|(index, visible)| Some((points.sample(self.context.scene, index)?, visible)));
+        lobe_share(&self.receiver, |direction| luminance(lobe.value(direction)), traced).unwrap_or(fraction)
     }
 
     /// Visible share of a highlight: the remembered points weighted by what each adds to it, the plain fraction where

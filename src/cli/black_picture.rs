@@ -135,6 +135,8 @@ impl Shown<'_> {
         match &light.kind {
             LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => *intensity,
             LightKind::Directional { irradiance, .. } => *irradiance,
+            LightKind::Sun { radiance, .. } => *radiance,
+            LightKind::Environment(environment) => Vec3::splat(environment.mean_luminance()),
             LightKind::Area { triangles } => {
                 triangles.first().map_or(Vec3::ZERO, |&triangle| self.scene.material(triangle).ke)
             }
@@ -245,6 +247,8 @@ impl Shown<'_> {
         match &light.kind {
             LightKind::Point { position, .. } => turned_away(*position - point.position),
             LightKind::Directional { direction, .. } => turned_away(-*direction),
+            LightKind::Sun { direction, .. } => turned_away(*direction),
+            LightKind::Environment(_) => Relation::Before,
             LightKind::Spot { position, direction, cos_inner, cos_outer, .. } => {
                 let to_light = *position - point.position;
                 let cosine = -to_light.normalize_or_zero().dot(*direction);

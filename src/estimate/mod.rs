@@ -2,6 +2,7 @@
 
 pub mod hemisphere;
 pub mod light_vector;
+pub mod lobe_share;
 pub mod penumbra;
 pub mod stratification;
 pub mod surface;

@@ -18,7 +18,7 @@ const MAX_BYTES: u64 = 2 << 30;
 
 /// Writes 8-bit sRGB: `combined` (linear RGB radiance, A coverage, top row first) exposed and tone-mapped.
 ///
-/// Radiance is already zero where nothing covers the pixel, so that dropping A is compositing over black.
+/// A is dropped: radiance where nothing covers the pixel is that of the environment behind, or zero.
 ///
 /// # Errors
 /// [`crate::error::Error::Io`] naming the file.

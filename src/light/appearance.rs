@@ -3,7 +3,9 @@
 use super::area::AreaSource;
 use super::arrival::Arrival;
 use super::closed_form::ClosedForm;
+use super::environment::EnvironmentSource;
 use super::receiver::Receiver;
+use super::sun::SunSource;
 use crate::math::sequence::Sequence;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -19,6 +21,10 @@ pub enum Appearance<'a> {
     Form(&'a AreaSource, ClosedForm<'a>),
     /// An area light of too many triangles.
     Sampled(&'a AreaSource),
+    /// A picture all around.
+    Around(&'a EnvironmentSource),
+    /// A disc, infinitely far.
+    Disc(&'a SunSource),
 }
 
 /// Points that stand in for a closed form where there is none.
@@ -39,6 +45,9 @@ impl Appearance<'_> {
             Self::Direction(arrival) => (arrival.map_or(normal, |arrival| arrival.direction), 1.0),
             Self::Distant(area, _) | Self::Sampled(area) => (to_centre(area), 1.0),
             Self::Form(_, form) => form.spread(),
+            // About even: what the picture holds is not looked at.
+            Self::Around(_) => (normal, 0.5),
+            Self::Disc(sun) => (sun.direction(), 1.0),
         }
     }
 
@@ -51,6 +60,8 @@ impl Appearance<'_> {
             Self::Distant(_, irradiance) => *irradiance,
             Self::Form(area, form) => area.irradiance(form, x, normal),
             Self::Sampled(area) => estimate(scene, area, x, normal),
+            Self::Around(environment) => environment.irradiance(normal),
+            Self::Disc(sun) => sun.irradiance(normal),
         }
     }
 
@@ -66,6 +77,8 @@ impl Appearance<'_> {
             }
             Self::Form(area, form) => area.specular_of(scene, form, receiver, floor),
             Self::Sampled(area) => area.specular(scene, receiver, floor),
+            Self::Around(environment) => environment.specular(receiver),
+            Self::Disc(sun) => sun.specular(receiver),
         }
     }
 }

@@ -66,7 +66,8 @@ impl<'a> SceneContext<'a> {
     #[must_use]
     pub fn points(&self, shading_point: &ShadingPoint, group: usize) -> Points<'a> {
         let name = self.lights.sources_of_group(group)[0];
-        self.lights.group(group).points(shading_point.position, self.sequence(shading_point, name))
+        let ShadingPoint { position, normal, .. } = *shading_point;
+        self.lights.group(group).points((position, normal), self.sequence(shading_point, name))
     }
 
     /// The random sequence of a vertex and a light: from their permanent names, never from a thread or a clock.

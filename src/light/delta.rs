@@ -29,7 +29,7 @@ pub(super) fn arrival(kind: &LightKind, x: Vec3) -> Option<Arrival> {
         LightKind::Directional { direction, irradiance } => {
             Some(Arrival::single(-direction, f32::INFINITY, irradiance))
         }
-        LightKind::Area { .. } => None,
+        LightKind::Environment(_) | LightKind::Sun { .. } | LightKind::Area { .. } => None,
     }
 }
 
@@ -49,7 +49,9 @@ pub(super) fn bounds(kind: &LightKind) -> Option<LightBounds> {
         LightKind::Spot { position, direction, intensity, cos_inner, cos_outer } => {
             Some(LightBounds::of_spot(position, direction, luminance(intensity), [cos_inner, cos_outer]))
         }
-        LightKind::Directional { .. } | LightKind::Area { .. } => None,
+        LightKind::Directional { .. } | LightKind::Environment(_) | LightKind::Sun { .. } | LightKind::Area { .. } => {
+            None
+        }
     }
 }
 
@@ -61,6 +63,6 @@ pub(super) fn power(kind: &LightKind, scene: &Scene) -> Vec3 {
             *intensity * (TAU * (1.0 - (cos_inner + cos_outer) * 0.5))
         }
         LightKind::Directional { irradiance, .. } => *irradiance * (PI / 4.0 * scene.diagonal().powi(2)),
-        LightKind::Area { .. } => Vec3::ZERO,
+        LightKind::Environment(_) | LightKind::Sun { .. } | LightKind::Area { .. } => Vec3::ZERO,
     }
 }

@@ -25,12 +25,12 @@ enum GroupSampler<'a> {
 }
 
 impl<'a> LightGroup<'a> {
-    /// Points as seen from `x`, chosen by a sequence.
+    /// Points as seen from `x` by surfaces whose normals are about `normal`, chosen by a sequence.
     #[must_use]
-    pub fn points(self, x: Vec3, sequence: Sequence) -> Points<'a> {
+    pub fn points(self, (x, normal): (Vec3, Vec3), sequence: Sequence) -> Points<'a> {
         let sampler = match self {
-            Self::Single(source) => GroupSampler::Single(source.sampler(x)),
-            Self::Shared(members) => GroupSampler::Shared(Turns::new(members, x, &sequence)),
+            Self::Single(source) => GroupSampler::Single(source.sampler(x, normal)),
+            Self::Shared(members) => GroupSampler::Shared(Turns::new(members, (x, normal), &sequence)),
         };
         Points { sequence, sampler }
     }
@@ -57,6 +57,7 @@ impl Points<'_> {
 struct Turns<'a> {
     members: Members<'a>,
     x: Vec3,
+    normal: Vec3,
     first: u32,
     step: u32,
 }
@@ -65,18 +66,18 @@ struct Turns<'a> {
 const SPREAD: f32 = 0.618;
 
 impl<'a> Turns<'a> {
-    fn new(members: Members<'a>, x: Vec3, sequence: &Sequence) -> Self {
+    fn new(members: Members<'a>, (x, normal): (Vec3, Vec3), sequence: &Sequence) -> Self {
         let count = members.count();
         let [first, ..] = sequence.point(0);
         let wanted = (SPREAD * count as f32) as u32;
         let step = (wanted..).find(|&step| gcd(step, count) == 1).unwrap_or(1);
-        Self { members, x, first: ((first * count as f32) as u32).min(count - 1), step }
+        Self { members, x, normal, first: ((first * count as f32) as u32).min(count - 1), step }
     }
 
     fn sample(&self, scene: &Scene, sequence: &Sequence, index: u32) -> Option<Arrival> {
         let count = self.members.count() as usize;
         let at = (self.first as usize + index as usize * self.step as usize) % count;
-        let sampler = self.members.member(at).sampler(self.x);
+        let sampler = self.members.member(at).sampler(self.x, self.normal);
         let arrival = sampler.sample(scene, || {
             let [u, v, ..] = sequence.point_of_set(index / count as u32, 1 + at as u32);
             [u, v]

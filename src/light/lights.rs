@@ -18,6 +18,8 @@ pub struct Lights {
     pub sources: Vec<Source>,
     /// The source that each emissive triangle belongs to.
     of_triangle: FxHashMap<TriangleId, u32>,
+    /// Sources that a ray meets which hits nothing.
+    at_infinity: Vec<u32>,
     /// What the light of each source counts times, by channel: see [`Self::factor`].
     factors: Vec<Vec3>,
     /// Where the scene has each source, if it can be moved.
@@ -66,6 +68,7 @@ impl Lights {
         }
         let mut lights = Self {
             of_triangle: members.flatten().collect(),
+            at_infinity: (0..).zip(&sources).filter(|(_, source)| source.is_around()).map(|(at, _)| at).collect(),
             factors: vec![Vec3::ONE; sources.len()],
             loaded: sources.iter().map(Source::position).collect(),
             sources,
@@ -192,6 +195,11 @@ impl Lights {
         let power = self.powers.iter().zip(&self.factors).map(|(&power, &factor)| power * factor).sum();
         let positions = self.sources.iter().map(Source::position).collect();
         Lighting { factors: self.factors.clone(), positions, power }
+    }
+
+    /// Sources that a ray meets which hits nothing, as indices into [`Self::sources`].
+    pub fn at_infinity(&self) -> impl Iterator<Item = usize> + '_ {
+        self.at_infinity.iter().map(|&source| source as usize)
     }
 
     /// The area light that a triangle is part of, as an index into [`Self::sources`].

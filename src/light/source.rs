@@ -8,10 +8,14 @@ use super::area_sampler::Sampler;
 use super::arrival::Arrival;
 use super::bounds::LightBounds;
 use super::delta;
+use super::environment::{EnvironmentSampler, EnvironmentSource};
 use super::receiver::Receiver;
+use super::sun::SunSource;
 use crate::scene::Scene;
 use crate::scene::light::{Light, LightKind};
 use glam::Vec3;
+use std::f32::consts::PI;
+use std::sync::Arc;
 
 /// One source, prepared for sampling.
 #[derive(Clone, Debug)]
@@ -21,6 +25,10 @@ pub enum Source {
     Delta(LightKind),
     /// An emissive surface.
     Area(AreaSource),
+    /// A picture all around, infinitely far.
+    Environment(Arc<EnvironmentSource>),
+    /// A disc, infinitely far.
+    Sun(SunSource),
 }
 
 /// Where a source lies as seen from a place.
@@ -43,6 +51,10 @@ impl Source {
     pub fn new(scene: &Scene, light: &Light) -> Self {
         match &light.kind {
             LightKind::Area { triangles } => Self::Area(AreaSource::new(scene, triangles)),
+            LightKind::Environment(environment) => Self::Environment(Arc::new(EnvironmentSource::new(environment))),
+            LightKind::Sun { direction, half_angle, radiance } => {
+                Self::Sun(SunSource::new(*direction, *half_angle, *radiance))
+            }
             delta => Self::Delta(delta.clone()),
         }
     }
@@ -52,7 +64,7 @@ impl Source {
     pub const fn position(&self) -> Option<Vec3> {
         match self {
             Self::Delta(kind) => kind.position(),
-            Self::Area(_) => None,
+            Self::Area(_) | Self::Environment(_) | Self::Sun(_) => None,
         }
     }
 
@@ -70,11 +82,17 @@ impl Source {
         matches!(self, Self::Delta(_))
     }
 
+    /// Whether a ray that hits nothing may meet it.
+    #[must_use]
+    pub const fn is_around(&self) -> bool {
+        matches!(self, Self::Environment(_) | Self::Sun(_))
+    }
+
     /// Whether what arrives without occlusion is known exactly everywhere.
     #[must_use]
     pub fn has_closed_form(&self) -> bool {
         match self {
-            Self::Delta(_) => true,
+            Self::Delta(_) | Self::Environment(_) | Self::Sun(_) => true,
             Self::Area(area) => area.has_closed_form(),
         }
     }
@@ -85,10 +103,11 @@ impl Source {
         match self {
             Self::Delta(kind) => kind.position().map(|position| (position, 0.0)),
             Self::Area(area) => Some(area.sphere()),
+            Self::Environment(_) | Self::Sun(_) => None,
         }
     }
 
-    /// Where the source lies as seen from `x`; `None` where it sends no light.
+    /// Where the source lies as seen from `x`; `None` where it sends no light, and for one that is all around.
     #[must_use]
     pub fn place(&self, x: Vec3) -> Option<Place> {
         match self {
@@ -104,15 +123,19 @@ impl Source {
                 let sine = radius / middle.distance(x).max(radius);
                 Some(Place::Near { middle, half_angle: sine.asin() })
             }
+            Self::Environment(_) => None,
+            Self::Sun(sun) => Some(Place::Far(sun.direction())),
         }
     }
 
-    /// Radiant flux in all directions, W: roughly, for a directional light or a spot.
+    /// Radiant flux in all directions, W: roughly, for a directional light or a spot; from infinity, what falls on the scene's disc.
     #[must_use]
     pub fn power(&self, scene: &Scene) -> Vec3 {
         match self {
             Self::Delta(kind) => delta::power(kind, scene),
             Self::Area(area) => area.power(),
+            Self::Environment(environment) => environment.fluence() * (PI / 4.0 * scene.diagonal().powi(2)),
+            Self::Sun(sun) => sun.facing() * (PI / 4.0 * scene.diagonal().powi(2)),
         }
     }
 
@@ -123,6 +146,8 @@ impl Source {
         match self {
             Self::Delta(kind) => delta::strength(kind, x, normal),
             Self::Area(area) => area.bounds.bound(x, normal),
+            Self::Environment(environment) => environment.bound(normal),
+            Self::Sun(sun) => sun.bound(normal),
         }
     }
 
@@ -131,6 +156,7 @@ impl Source {
         match self {
             Self::Delta(kind) => delta::bounds(kind),
             Self::Area(area) => Some(area.bounds),
+            Self::Environment(_) | Self::Sun(_) => None,
         }
     }
 
@@ -141,6 +167,8 @@ impl Source {
         match self {
             Self::Delta(kind) => delta::strength(kind, x, normal),
             Self::Area(area) => area.strength(x, normal),
+            Self::Environment(environment) => environment.strength(normal),
+            Self::Sun(sun) => sun.strength(normal),
         }
     }
 
@@ -150,6 +178,8 @@ impl Source {
         match self {
             Self::Delta(kind) => delta::arrival(kind, x).map_or(Vec3::ZERO, |arrival| arrival.irradiance(normal)),
             Self::Area(area) => area.rough_irradiance(x, normal),
+            Self::Environment(environment) => environment.irradiance(normal),
+            Self::Sun(sun) => sun.irradiance(normal),
         }
     }
 
@@ -164,6 +194,8 @@ impl Source {
             Self::Area(area) => {
                 area.closed_form(x).map_or(Appearance::Sampled(area), |form| Appearance::Form(area, form))
             }
+            Self::Environment(environment) => Appearance::Around(environment),
+            Self::Sun(sun) => Appearance::Disc(sun),
         }
     }
 
@@ -174,15 +206,19 @@ impl Source {
         match self {
             Self::Delta(kind) => Some(specular_of(&delta::arrival(kind, receiver.x)?, receiver)),
             Self::Area(area) => area.mean_specular(receiver),
+            Self::Environment(environment) => Some(environment.specular(receiver)),
+            Self::Sun(sun) => Some(sun.specular(receiver)),
         }
     }
 
-    /// Prepares sampling from `x`, for any surface there.
+    /// Prepares sampling from `x`, for any surface there whose normals are about `normal`.
     #[must_use]
-    pub fn sampler(&self, x: Vec3) -> SourceSampler<'_> {
+    pub fn sampler(&self, x: Vec3, normal: Vec3) -> SourceSampler<'_> {
         match self {
             Self::Delta(kind) => SourceSampler::Direction(delta::arrival(kind, x)),
             Self::Area(area) => SourceSampler::Area(area.at(x)),
+            Self::Environment(environment) => SourceSampler::Environment(environment.sampler(normal)),
+            Self::Sun(sun) => SourceSampler::Sun(sun),
         }
     }
 
@@ -194,16 +230,40 @@ impl Source {
         match self {
             Self::Delta(kind) => delta::arrival(kind, surface.0),
             Self::Area(area) => area.sample_for(scene, surface, u),
+            Self::Environment(environment) => environment.sample_for(surface.1, u),
+            Self::Sun(sun) => Some(sun.sample(u)),
         }
     }
 
     /// Density with which [`Self::sample_for`] takes the direction of the point of the source that lies `offset` from
-    /// the surface, sr⁻¹; 0 for light of a single direction, which no other way of sampling finds.
+    /// the surface (of a source that is infinitely far, the unit direction to it), sr⁻¹; 0 for light of a single direction, which no other way of sampling finds.
     #[must_use]
     pub fn density_for(&self, surface: (Vec3, Vec3), offset: Vec3) -> f32 {
         match self {
             Self::Delta(_) => 0.0,
             Self::Area(area) => area.density_for(surface, offset),
+            Self::Environment(environment) => environment.density_for(surface.1, offset),
+            Self::Sun(sun) => sun.density(offset),
+        }
+    }
+
+    /// Radiance that a ray in a unit direction meets which hits nothing, W·sr⁻¹·m⁻².
+    #[must_use]
+    pub fn radiance_at_infinity(&self, direction: Vec3) -> Vec3 {
+        match self {
+            Self::Delta(_) | Self::Area(_) => Vec3::ZERO,
+            Self::Environment(environment) => environment.radiance(direction),
+            Self::Sun(sun) => sun.radiance(direction),
+        }
+    }
+
+    /// What is looked at there, filtered over `angle`, radians, W·sr⁻¹·m⁻².
+    #[must_use]
+    pub fn seen_at_infinity(&self, direction: Vec3, angle: f32) -> Vec3 {
+        match self {
+            Self::Delta(_) | Self::Area(_) => Vec3::ZERO,
+            Self::Environment(environment) => environment.environment().seen(direction, angle),
+            Self::Sun(sun) => sun.seen(direction, angle),
         }
     }
 
@@ -214,6 +274,9 @@ impl Source {
         match self {
             Self::Delta(kind) => delta::arrival(kind, x),
             Self::Area(area) => area.sample(scene, x, u),
+            // By solid angle, whatever the surface.
+            Self::Environment(environment) => environment.sample_for(Vec3::ZERO, u),
+            Self::Sun(sun) => Some(sun.sample(u)),
         }
     }
 }
@@ -226,6 +289,10 @@ pub enum SourceSampler<'a> {
     Direction(Option<Arrival>),
     /// A point of an emissive surface.
     Area(Sampler<'a>),
+    /// A direction of an environment.
+    Environment(EnvironmentSampler<'a>),
+    /// A point of a disc.
+    Sun(&'a SunSource),
 }
 
 impl SourceSampler<'_> {
@@ -236,6 +303,8 @@ impl SourceSampler<'_> {
         match self {
             Self::Direction(arrival) => *arrival,
             Self::Area(sampler) => sampler.sample(scene, u()),
+            Self::Environment(sampler) => sampler.sample(u()),
+            Self::Sun(sun) => Some(sun.sample(u())),
         }
     }
 }

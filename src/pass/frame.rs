@@ -201,6 +201,7 @@ impl Renderer {
     pub(super) fn send_uniform(&mut self, display: Option<Display>) -> Result<()> {
         let display = display.unwrap_or_default();
         let (scene, view, size) = (&self.scene, &self.view, self.targets.size);
+        let sky = scene.sky.on_device(scene.emission_scale);
         let uniform = FrameUniform {
             clip_from_world: self.options.depth.clip(view.clip_from_world(self.jitter)).to_cols_array(),
             positions: scene.positions.address(),
@@ -236,6 +237,12 @@ impl Renderer {
             depth_of_inverse: self.options.depth.of_inverse(view.near),
             background_depth: self.options.depth.background(),
             lookup_stamp: self.lookup_stamp,
+            sky: sky.entry,
+            sky_factor: sky.factor,
+            sky_axes: sky.axes,
+            sun_direction: sky.sun_direction,
+            sun_reach: sky.sun_reach,
+            sun_radiance: sky.sun_radiance,
             padding: 0,
         };
         self.uniform.write(0, &[uniform])

@@ -33,6 +33,7 @@ mod renderer;
 mod scene_buffers;
 mod shared;
 mod show;
+mod sky;
 mod survivors;
 mod tailor;
 mod targets;

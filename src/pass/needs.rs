@@ -2,8 +2,10 @@
 //! attachment: pipelines that are made for the scene leave out what no part of it has.
 
 use super::options::RendererOptions;
+use super::texture_maps::environment;
 use super::update::UpdateMode;
 use crate::scene::Scene;
+use crate::scene::light::LightKind;
 use crate::scene::material::Material;
 use crate::scene::texture::{Encoding, Wrap};
 
@@ -28,6 +30,8 @@ pub(super) struct Needs {
     pub normal_maps: bool,
     /// Textures of numbers.
     pub linear_textures: bool,
+    /// Something to be seen where no geometry is.
+    pub sky: bool,
 }
 
 impl Needs {
@@ -42,12 +46,13 @@ impl Needs {
         metallic_roughness: false,
         normal_maps: false,
         linear_textures: false,
+        sky: false,
     };
 
     /// The common ones, and what a scene needs beyond them.
     pub(super) fn at_least(scene: &Scene) -> Self {
-        let Self { metallic_roughness, normal_maps, linear_textures, .. } = Self::of(scene);
-        Self { metallic_roughness, normal_maps, linear_textures, ..Self::COMMON }
+        let Self { metallic_roughness, normal_maps, linear_textures, sky, .. } = Self::of(scene);
+        Self { metallic_roughness, normal_maps, linear_textures, sky, ..Self::COMMON }
     }
 
     /// What a scene needs.
@@ -60,7 +65,12 @@ impl Needs {
             vertex_colours: !scene.colours.is_empty(),
             textures: emission_textures || any(|material| material.map_kd.is_some()),
             emission_textures,
-            bright_textures: scene.textures.iter().any(|texture| texture.encoding() == Encoding::SharedExponent),
+            bright_textures: environment(scene).is_some()
+                || scene.textures.iter().any(|texture| texture.encoding() == Encoding::SharedExponent),
+            sky: scene
+                .lights
+                .iter()
+                .any(|light| matches!(light.kind, LightKind::Environment(_) | LightKind::Sun { .. })),
             clamped_textures: maps.any(|map| map.wrap == Wrap::Clamp),
             metallic_roughness: any(Material::is_metallic_roughness),
             normal_maps: any(|material| material.map_normal.is_some()),
@@ -80,6 +90,7 @@ impl Needs {
             self.metallic_roughness,
             self.normal_maps,
             self.linear_textures,
+            self.sky,
         ];
         let mut constants = [0; CONSTANTS];
         constants[0] = u32::from(options.texel_buffers);
@@ -100,7 +111,7 @@ impl Needs {
 
 /// Specialisation constants of all shaders, by their numbers.
 pub(super) type Constants = [u32; CONSTANTS];
-const CONSTANTS: usize = 12;
+const CONSTANTS: usize = 13;
 
 #[cfg(test)]
 mod tests {

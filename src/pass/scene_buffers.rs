@@ -5,12 +5,13 @@ use super::coplanar;
 use super::frustum::{Bounds, Frustum, Place};
 use super::lit_materials::LitMaterials;
 use super::shared::{GpuMaterial, GpuTriangle, GpuVisibilityTriangle, NONE};
+use super::sky::Sky;
 use super::survivors::Survivors;
-use super::texture_maps::{DIFFUSE_TABLE, TextureMaps};
+use super::texture_maps::{DIFFUSE_TABLE, TextureMaps, environment};
 use crate::bsdf;
 use crate::error::Result;
 use crate::scene::light::LightState;
-use crate::scene::texture::{SRGB, Texture};
+use crate::scene::texture::SRGB;
 use crate::scene::{EmissionSide, Scene, TriangleId};
 use crate::vk::buffer::BufferUse;
 use crate::vk::{Buffer, Commands, Device};
@@ -30,6 +31,7 @@ pub(super) struct SceneBuffers {
     pub coplanar: Buffer,
     pub materials: Buffer,
     lit: LitMaterials,
+    pub sky: Sky,
     maps: TextureMaps,
     pub textures: Buffer,
     pub texels: Buffer,
@@ -81,6 +83,7 @@ impl SceneBuffers {
         let maps = TextureMaps::new(scene)?;
         let (lit, of_triangle) = LitMaterials::new(scene, &maps);
         let materials = lit.lit(&[]);
+        let sky = Sky::new(scene, maps.sky.map(|(entry, _)| entry));
         let is_cpu = device.report().is_cpu();
         let room = size_of_val(drawn.as_slice()) as u64 * if is_cpu { 2 } else { 1 };
         let mut visibility_triangles = Buffer::new(device, "visibility triangles", room, BufferUse::Static)?;
@@ -109,17 +112,19 @@ impl SceneBuffers {
             coplanar_count: coplanar.len() as u32,
             by_id: triangles(scene).map(|t| has_mask(scene, t) || scene.coplanar.member(t).is_some()).collect(),
             lit,
-            emission_scale: emission_scale(&materials, &maps),
+            emission_scale: emission_scale(&materials, &maps, &sky),
+            sky,
             maps,
             emits_back: scene.emission_side == EmissionSide::Both,
         };
-        buffers.with_texels(device, commands, &scene.textures)
+        buffers.with_texels(device, commands, scene)
     }
 
     /// Changes what the area lights emit by their states, in the order of the scene's lights.
     pub(super) fn relight(&mut self, device: &Device, commands: &mut Commands, lights: &[LightState]) -> Result<()> {
         let materials = self.lit.lit(lights);
-        self.emission_scale = emission_scale(&materials, &self.maps);
+        self.sky.relight(lights);
+        self.emission_scale = emission_scale(&materials, &self.maps, &self.sky);
         commands.upload(device, &mut self.materials, 0, &materials)
     }
 
@@ -155,11 +160,14 @@ impl SceneBuffers {
     }
 
     /// Writes the table of sRGB codes and the mip chains.
-    fn with_texels(mut self, device: &Device, commands: &mut Commands, textures: &[Texture]) -> Result<Self> {
+    fn with_texels(mut self, device: &Device, commands: &mut Commands, scene: &Scene) -> Result<Self> {
         commands.upload(device, &mut self.texels, 0, SRGB.as_slice())?;
         commands.upload(device, &mut self.texels, 4 * DIFFUSE_TABLE, &bsdf::diffuse_out_table())?;
-        for (texture, first) in textures.iter().zip(&self.maps.first) {
+        for (texture, first) in scene.textures.iter().zip(&self.maps.first) {
             commands.upload(device, &mut self.texels, 4 * first, texture.texels())?;
+        }
+        if let Some((environment, (_, first))) = environment(scene).zip(self.maps.sky) {
+            commands.upload(device, &mut self.texels, 4 * first, environment.picture.shown().texels())?;
         }
         Ok(self)
     }
@@ -173,9 +181,9 @@ pub(super) fn fitting_scale(max: f32) -> f32 {
     (TARGET_EXPONENT - max.log2().floor()).clamp(-100.0, 100.0).exp2()
 }
 
-fn emission_scale(materials: &[GpuMaterial], maps: &TextureMaps) -> f32 {
+fn emission_scale(materials: &[GpuMaterial], maps: &TextureMaps, sky: &Sky) -> f32 {
     let peak = |m: &GpuMaterial| Vec3::from(m.ke).max_element() * maps.peak(m.map_ke);
-    fitting_scale(materials.iter().map(peak).fold(0.0, f32::max))
+    fitting_scale(materials.iter().map(peak).fold(sky.peak(), f32::max))
 }
 
 fn filled<T: NoUninit>(device: &Device, commands: &mut Commands, name: &str, data: &[T]) -> Result<Buffer> {

@@ -61,6 +61,15 @@ pub(super) struct FrameUniform {
     pub background_depth: f32,
     /// Of the drawn triangles to look up; 0 for all.
     pub lookup_stamp: u32,
+    /// Texture entry of the environment's picture, or [`NONE`].
+    pub sky: u32,
+    /// What its radiance counts times, the emission scale included.
+    pub sky_factor: [f32; 3],
+    pub sky_axes: [[f32; 3]; 3],
+    pub sun_direction: [f32; 3],
+    pub sun_reach: f32,
+    /// Times the emission scale.
+    pub sun_radiance: [f32; 3],
     /// To a multiple of an address.
     pub padding: u32,
 }
@@ -181,6 +190,7 @@ host_matches_shader!(FrameUniform, frame, {
     list_references: LIST_REFERENCES, mark_references: MARK_REFERENCES, drawn_pixels: DRAWN_PIXELS, eye: EYE, forward: FORWARD, right: RIGHT, down: DOWN,
     pixel: PIXEL, jitter: JITTER, luminance_scale: LUMINANCE_SCALE, emission_scale: EMISSION_SCALE,
     exposure: EXPOSURE, emits_back: EMITS_BACK, depth_of_inverse: DEPTH_OF_INVERSE, background_depth: BACKGROUND_DEPTH, lookup_stamp: LOOKUP_STAMP,
+    sky: SKY, sky_factor: SKY_FACTOR, sky_axes: SKY_AXES, sun_direction: SUN_DIRECTION, sun_reach: SUN_REACH, sun_radiance: SUN_RADIANCE,
 });
 host_matches_shader!(GpuTriangle, triangle, { corners: CORNERS, material: MATERIAL, uv: UV });
 host_matches_shader!(GpuVisibilityTriangle, visibility_triangle, { corners: CORNERS, id: ID });

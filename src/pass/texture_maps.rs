@@ -4,8 +4,10 @@ use super::shared::{GpuTexture, MAX_LEVELS, NONE};
 use crate::bsdf;
 use crate::error::{Error, Result};
 use crate::scene::Scene;
+use crate::scene::environment::Environment;
+use crate::scene::light::LightKind;
 use crate::scene::material::{Material, TextureMap};
-use crate::scene::texture::{Encoding, Texture, Wrap};
+use crate::scene::texture::{Encoding, Texture, TextureId, Wrap};
 
 /// Words before the first texel: linear values of the 256 sRGB codes, and what GGX highlights leave to the diffuse part.
 pub(super) const TABLE: u64 = DIFFUSE_TABLE + (bsdf::TABLE_SIZE * bsdf::TABLE_SIZE) as u64;
@@ -22,6 +24,8 @@ pub(super) struct TextureMaps {
     pub headers: Vec<GpuTexture>,
     /// Index of the first texel of each texture.
     pub first: Vec<u64>,
+    /// The entry of the picture of the environment, and the index of its first texel.
+    pub sky: Option<(u32, u64)>,
     /// Words before the texels, and texels of all textures.
     pub words: u64,
     /// Largest value of a channel of each entry.
@@ -36,6 +40,9 @@ impl TextureMaps {
             all.first.push(all.words);
             all.words += texture.texels().len() as u64;
         }
+        let picture = environment(scene).map(|environment| environment.picture.shown());
+        let sky_first = all.words;
+        all.words += picture.map_or(0, |picture| picture.texels().len() as u64);
         if all.words > MAX_TEXELS {
             return Err(Error::Exhausted(format!(
                 "the textures hold {} million texels together, and 2147 million are the most: make them smaller",
@@ -52,6 +59,10 @@ impl TextureMaps {
             all.peaks.push(texture.peak());
             all.maps.push(*map);
         }
+        if let Some(picture) = picture {
+            all.sky = Some((all.headers.len() as u32, sky_first));
+            all.headers.push(header(&TextureMap::from(TextureId(0)), picture, sky_first));
+        }
         Ok(all)
     }
 
@@ -64,6 +75,14 @@ impl TextureMaps {
     pub(super) fn peak(&self, index: u32) -> f32 {
         self.peaks.get(index as usize).copied().unwrap_or(1.0)
     }
+}
+
+/// The environment of a scene.
+pub(super) fn environment(scene: &Scene) -> Option<&Environment> {
+    scene.lights.iter().find_map(|light| match &light.kind {
+        LightKind::Environment(environment) => Some(&**environment),
+        _ => None,
+    })
 }
 
 fn header(map: &TextureMap, texture: &Texture, start: u64) -> GpuTexture {

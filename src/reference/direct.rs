@@ -2,12 +2,11 @@
 
 use super::random::Random;
 use super::settings::{Settings, Strategy, Transport};
-use super::surface::Surface;
+use super::surface::{Bounce, Surface};
 use crate::geom::Ray;
 use crate::light::context::SceneContext;
 use crate::light::selection::{LightChoice, SampledLight};
 use crate::math::luminance;
-use crate::scene::TriangleId;
 use glam::Vec3;
 
 /// Lights of which each point of a path takes all; above, it draws some by their bounds.
@@ -87,22 +86,35 @@ impl<'a> DirectLight<'a> {
         if lights.sources.len() <= SAMPLE_ALL { 1.0 } else { LightChoice::chance_of(lights, at, bounds, light) }
     }
 
-    /// What counts of the light of `triangle` that a direction drawn with `density` hit `offset` from the surface: the
-    /// rest is left to [`Self::sample`], which returned `bounds`.
-    pub fn share_of_hit(
+    /// What a bounce that hits nothing meets, W·sr⁻¹·m⁻², as far as sampling the lights at the surface, which returned `bounds`, leaves it.
+    pub fn from_infinity(&self, surface: &Surface, bounds: f32, bounce: &Bounce) -> Vec3 {
+        let (lights, direction) = (self.context.lights, bounce.ray.direction);
+        let of_light = |light: usize| {
+            let radiance = lights.sources[light].radiance_at_infinity(direction) * lights.factor(light);
+            if radiance == Vec3::ZERO {
+                return Vec3::ZERO;
+            }
+            radiance * self.share_of_found(surface, bounds, Some(light), direction, bounce.density)
+        };
+        lights.at_infinity().map(of_light).sum()
+    }
+
+    /// What counts of light `light` that a direction drawn with `density` has found `offset` from the surface, or in that unit direction:
+    /// the rest is left to [`Self::sample`], which returned `bounds`.
+    pub fn share_of_found(
         &self,
         surface: &Surface,
         bounds: f32,
-        triangle: TriangleId,
+        light: Option<usize>,
         offset: Vec3,
         density: f32,
     ) -> f32 {
-        let lights = self.context.lights;
-        let Some(light) = lights.of_triangle(triangle) else { return 1.0 };
+        let Some(light) = light else { return 1.0 };
         match self.settings.strategy {
             Strategy::Lights => 0.0,
             Strategy::Both => {
-                let of_point = lights.sources[light].density_for((surface.origin, surface.normal), offset);
+                let source = &self.context.lights.sources[light];
+                let of_point = source.density_for((surface.origin, surface.normal), offset);
                 share(density, self.expected(surface, bounds, light) * of_point)
             }
             Strategy::Reflection => 1.0,

@@ -33,8 +33,10 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// A sample that met nothing.
-    const MISS: Self = Self { radiance: Vec3::ZERO, hit: false, emits: false, tied: false };
+    /// A sample that met no geometry, but `radiance` beyond.
+    const fn beyond(radiance: Vec3) -> Self {
+        Self { radiance, hit: false, emits: false, tied: false }
+    }
 }
 
 /// Vertices are snapped to this share of a pixel before they are rasterised (8 bits of sub-pixel precision).
@@ -102,8 +104,11 @@ impl<'a> Tracer<'a> {
         }
         let hits = std::mem::take(&mut self.hits);
         for (&(seed, point), hit) in points.iter().zip(&hits) {
-            let sample = hit.map_or(Sample::MISS, |hit| self.begin(view, seed, point, &hit, (index, samples.len())));
-            samples.push(sample);
+            let place = (index, samples.len());
+            samples.push(match hit {
+                Some(hit) => self.begin(view, seed, point, hit, place),
+                None => Sample::beyond(self.background(view, point)),
+            });
         }
         self.hits = hits;
         for bounces in 0.. {
@@ -127,6 +132,21 @@ impl<'a> Tracer<'a> {
         };
         let width = view.size.width;
         (seed, Vec2::new((pixel % width) as f32, (pixel / width) as f32) + offset)
+    }
+
+    /// What shows at a point of the image where no geometry is, W·sr⁻¹·m⁻².
+    fn background(&self, view: &View, point: Vec2) -> Vec3 {
+        let lights = self.context.lights;
+        if lights.at_infinity().next().is_none() {
+            return Vec3::ZERO;
+        }
+        let direction = |offset: Vec2| view.direction(point + offset).normalize();
+        let middle = direction(Vec2::ZERO);
+        let beside = [Vec2::X, Vec2::Y].map(|offset| direction(offset).distance(middle));
+        // Many points of a pixel filter by themselves; a single one does as the colour pass.
+        let angle = if self.settings.filter == Filter::Point { beside[0].max(beside[1]) } else { 0.0 };
+        let seen = |light: usize| lights.sources[light].seen_at_infinity(middle, angle) * lights.factor(light);
+        lights.at_infinity().map(seen).sum()
     }
 
     /// The first hit of a path.
@@ -193,7 +213,12 @@ impl<'a> Tracer<'a> {
         hits.extend(paths.iter().map(|path| path.bounce.as_ref().and_then(|bounce| self.closest(&bounce.ray))));
         let mut of_paths = hits.iter();
         paths.retain_mut(|path| {
-            let (Some(Some(hit)), Some(bounce)) = (of_paths.next(), path.bounce.take()) else { return false };
+            let (Some(found), Some(bounce)) = (of_paths.next(), path.bounce.take()) else { return false };
+            let Some(hit) = found else {
+                let beyond = self.direct.from_infinity(&path.surface, path.bounds, &bounce);
+                samples[path.sample].radiance += path.throughput * bounce.of_source * beyond;
+                return false;
+            };
             let next = Surface::new(self.context.scene, &bounce.ray, hit);
             let emitted = self.emitted(path, &bounce, hit, next.point - path.surface.origin);
             samples[path.sample].radiance += path.throughput * bounce.of_source * emitted;
@@ -230,7 +255,8 @@ impl<'a> Tracer<'a> {
         if !scene.face_emits(hit.face()) {
             return Vec3::ZERO;
         }
-        let share = self.direct.share_of_hit(&from.surface, from.bounds, hit.triangle, offset, bounce.density);
+        let light = self.context.lights.of_triangle(hit.triangle);
+        let share = self.direct.share_of_found(&from.surface, from.bounds, light, offset, bounce.density);
         scene.emitted_at(hit.face(), hit.u, hit.v) * self.factor(hit) * share
     }
 

@@ -1,7 +1,9 @@
 //! Lights: those of the scene file, and one area light a connected emissive component.
 
+use super::environment::Environment;
 use super::ids::TriangleId;
 use glam::Vec3;
+use std::sync::Arc;
 
 /// A light source.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +44,17 @@ pub enum LightKind {
         /// Irradiance on a plane perpendicular to it, W·m⁻².
         irradiance: Vec3,
     },
+    /// Light from all around, infinitely far.
+    Environment(Arc<Environment>),
+    /// A disc of even radiance, infinitely far.
+    Sun {
+        /// Unit direction to its middle.
+        direction: Vec3,
+        /// Half of the angle that it takes, radians.
+        half_angle: f32,
+        /// Radiance, W·sr⁻¹·m⁻².
+        radiance: Vec3,
+    },
     /// A connected emissive component of the geometry.
     Area {
         /// Its triangles, in ascending order.
@@ -79,7 +92,7 @@ impl LightKind {
     pub const fn position(&self) -> Option<Vec3> {
         match *self {
             Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
-            Self::Directional { .. } | Self::Area { .. } => None,
+            Self::Directional { .. } | Self::Environment(_) | Self::Sun { .. } | Self::Area { .. } => None,
         }
     }
 
@@ -87,7 +100,9 @@ impl LightKind {
     const fn why_fixed(&self) -> Option<&'static str> {
         match self {
             Self::Point { .. } | Self::Spot { .. } => None,
-            Self::Directional { .. } => Some("is infinitely far: it has no place to move"),
+            Self::Directional { .. } | Self::Environment(_) | Self::Sun { .. } => {
+                Some("is infinitely far: it has no place to move")
+            }
             Self::Area { .. } => Some("is geometry: it stays where it is"),
         }
     }
@@ -102,7 +117,10 @@ impl LightKind {
     /// Whether the light is a single direction at each point (point, spot, directional): one shadow ray is exact.
     #[must_use]
     pub const fn is_delta(&self) -> bool {
-        !matches!(self, Self::Area { .. })
+        match self {
+            Self::Point { .. } | Self::Spot { .. } | Self::Directional { .. } => true,
+            Self::Environment(_) | Self::Sun { .. } | Self::Area { .. } => false,
+        }
     }
 }
 

@@ -139,17 +139,20 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
     if report.has_errors() {
         return Err(Error::Input(report));
     }
-    let files = files_read(path, paths, &library, &images);
+    let files = files_read(path, [paths, description.pictures.clone()].concat(), &library, &images);
     let scene = finish_scene(path, (description, origin), soup, scene_materials, images, &mut report);
     timings.finish = finish.elapsed();
     timings.total = start.elapsed();
     Ok(Loaded { scene, report, files, counts, timings })
 }
 
-fn files_read(path: &Path, objs: Vec<PathBuf>, library: &MaterialLibrary, images: &[Texture]) -> Vec<PathBuf> {
+fn files_read(path: &Path, named: Vec<PathBuf>, library: &MaterialLibrary, images: &[Texture]) -> Vec<PathBuf> {
     let images = images.iter().map(|image| PathBuf::from(image.name()));
-    let mut files: Vec<PathBuf> =
-        std::iter::once(path.to_owned()).chain(objs).chain(library.files().map(Path::to_owned)).chain(images).collect();
+    let mut files: Vec<PathBuf> = std::iter::once(path.to_owned())
+        .chain(named)
+        .chain(library.files().map(Path::to_owned))
+        .chain(images)
+        .collect();
     files.sort_unstable();
     files.dedup();
     files

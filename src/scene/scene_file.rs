@@ -3,6 +3,7 @@
 use super::camera::{Camera, NamedCamera};
 use super::light::{Light, LightKind};
 use super::report::Report;
+use super::sky_file::{self, Sky};
 use super::toml_walk::{At, Document, Table};
 use super::up_axis::UpAxis;
 use super::{Display, EmissionSide, ToneMapping};
@@ -39,6 +40,8 @@ pub(super) struct Description {
     pub lights: Vec<Light>,
     /// Whether a light was asked for, valid or not.
     pub has_light: bool,
+    /// Pictures of environments.
+    pub pictures: Vec<PathBuf>,
     /// Display settings.
     pub display: Display,
     /// Which way is up for a camera and a light that are missing.
@@ -56,7 +59,7 @@ pub(super) fn read(file: &Path, text: &str, origin: DVec3) -> (Description, Repo
         table.error(1, "the scene has no geometry: add [geometry] with obj = [\"file.obj\"]");
     }
     let cameras = table.tables("camera", "[[camera]]", read_camera);
-    let lights = table.tables("light", "[[light]]", read_light);
+    let lights = table.tables("light", "[[light]]", |t| read_light(t, directory));
     table.tables("display", "[display]", |t| read_display(t, &mut out.display));
     if let Some(second) = geometry.get(1) {
         table.error(second.line, "[geometry] stands twice: merge them");
@@ -64,7 +67,17 @@ pub(super) fn read(file: &Path, text: &str, origin: DVec3) -> (Description, Repo
     out.has_camera = !cameras.is_empty();
     out.has_light = !lights.is_empty();
     out.cameras = name_all(&mut table, cameras, "camera", |name, camera| NamedCamera { name, camera });
-    out.lights = name_all(&mut table, lights, "light", |name, kind| Light { name, kind });
+    if let Some(line) = second_environment(&lights) {
+        table.error(line, "there are two environments or skies: a scene has one, leave the other out");
+    }
+    let (mut suns, mut pictures) = (Vec::new(), Vec::new());
+    out.lights = name_all(&mut table, lights, "light", |name, lit| {
+        suns.extend(lit.sun);
+        pictures.extend(lit.picture);
+        Light { name, kind: lit.kind }
+    });
+    out.pictures = pictures;
+    add_suns(&mut out.lights, suns);
     table.reject_unknown();
     (out, document.finish())
 }
@@ -92,7 +105,12 @@ struct Entry<T> {
 }
 
 /// Gives each entry its name, or `what` and its number, and rejects names that stand twice.
-fn name_all<T, O>(t: &mut Table, entries: Vec<At<Entry<T>>>, what: &str, make: impl Fn(String, T) -> O) -> Vec<O> {
+fn name_all<T, O>(
+    t: &mut Table,
+    entries: Vec<At<Entry<T>>>,
+    what: &str,
+    mut make: impl FnMut(String, T) -> O,
+) -> Vec<O> {
     let mut lines: HashMap<String, u32> = HashMap::new();
     let mut out = Vec::new();
     for (number, At { value: Entry { name, content }, line }) in entries.into_iter().enumerate() {
@@ -156,33 +174,73 @@ enum Kind {
     Spot,
     Directional,
     Environment,
+    Sky,
 }
 
-const KINDS: [(&str, Kind); 4] = [
+const KINDS: [(&str, Kind); 5] = [
     ("point", Kind::Point),
     ("spot", Kind::Spot),
     ("directional", Kind::Directional),
     ("environment", Kind::Environment),
+    ("sky", Kind::Sky),
 ];
 
-fn read_light(t: &mut Table) -> Entry<LightKind> {
+/// A light, and what comes with it.
+struct Lit {
+    kind: LightKind,
+    /// The sun of a sky.
+    sun: Option<LightKind>,
+    /// File of a picture.
+    picture: Option<PathBuf>,
+}
+
+impl From<LightKind> for Lit {
+    fn from(kind: LightKind) -> Self {
+        Self { kind, sun: None, picture: None }
+    }
+}
+
+impl From<Sky> for Lit {
+    fn from(sky: Sky) -> Self {
+        Self { kind: sky.environment, sun: sky.sun, picture: sky.file }
+    }
+}
+
+/// A light; files are relative to `directory`.
+fn read_light(t: &mut Table, directory: &Path) -> Entry<Lit> {
     let name = t.string("name");
     let kind = t.choice("kind", &KINDS);
-    let content = match t.required("kind", kind) {
-        Some(At { value: Kind::Point, .. }) => read_point(t),
-        Some(At { value: Kind::Spot, .. }) => read_spot(t),
-        Some(At { value: Kind::Directional, .. }) => read_directional(t),
-        Some(At { value: Kind::Environment, line }) => {
-            t.error(line, "environment lights are not supported yet: use point, spot or directional");
-            t.accept_all();
-            None
-        }
+    let content = match t.required("kind", kind).map(|at| at.value) {
+        Some(Kind::Point) => read_point(t).map(Lit::from),
+        Some(Kind::Spot) => read_spot(t).map(Lit::from),
+        Some(Kind::Directional) => read_directional(t).map(Lit::from),
+        Some(Kind::Environment) => sky_file::read_environment(t, directory).map(Lit::from),
+        Some(Kind::Sky) => sky_file::read_sky(t).map(Lit::from),
         None => {
             t.accept_all();
             None
         }
     };
     Entry { name, content }
+}
+
+/// The line of an environment after the first, if there is one.
+fn second_environment(lights: &[At<Entry<Lit>>]) -> Option<u32> {
+    let is_environment = |at: &&At<Entry<Lit>>| {
+        at.value.content.as_ref().is_some_and(|lit| matches!(lit.kind, LightKind::Environment(_)))
+    };
+    lights.iter().filter(is_environment).nth(1).map(|at| at.line)
+}
+
+/// Adds the suns of skies, under names that are free.
+fn add_suns(lights: &mut Vec<Light>, suns: Vec<LightKind>) {
+    for kind in suns {
+        let mut name = "sun".to_owned();
+        while lights.iter().any(|light| light.name == name) {
+            name.push_str(" (sky)");
+        }
+        lights.push(Light { name, kind });
+    }
 }
 
 fn read_point(t: &mut Table) -> Option<LightKind> {

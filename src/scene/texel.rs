@@ -17,7 +17,7 @@ pub enum Encoding {
 }
 
 /// The brightest value that a texel keeps: sums over it stay finite.
-const MAX_VALUE: f32 = 1e12;
+pub(super) const MAX_VALUE: f32 = 1e12;
 
 /// sRGB electro-optical transfer function (IEC 61966-2-1), encoded [0, 1] to linear [0, 1].
 #[must_use]

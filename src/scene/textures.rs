@@ -15,7 +15,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Largest width and height, texels.
-const MAX_SIDE: u32 = 16384;
+pub(super) const MAX_SIDE: u32 = 16384;
 /// Images that need more memory than this are decoded one after the other, where there is as much, bytes.
 const LARGE: u64 = 256 << 20;
 /// Most memory for an image where the system does not say how much there is, bytes.
@@ -144,7 +144,7 @@ fn decode_jobs(jobs: &[Job<'_>]) -> Vec<Result<Decoded, String>> {
 }
 
 /// Says why not, with figures, where there is less.
-fn enough_memory(need: u64) -> Result<(), String> {
+pub(super) fn enough_memory(need: u64) -> Result<(), String> {
     fits(need, memory::available().unwrap_or(UNKNOWN_MEMORY))
 }
 

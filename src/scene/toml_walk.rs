@@ -143,10 +143,19 @@ impl<'d, 'a> Table<'d, 'a> {
         self.document.error(line, message);
     }
 
+    /// Notes what the scene can be drawn with.
+    pub(super) fn warn(&mut self, line: u32, message: impl Into<String>) {
+        self.document.report.warn(self.document.file, Some(line), message);
+    }
+
+    /// Whether a key is there, right or wrong.
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.entries.iter().any(|(k, _)| k.get_ref() == key)
+    }
+
     /// `value`, or an error that `key` is missing. A key that is there but wrong has its own error already.
     pub(super) fn required<T>(&mut self, key: &'static str, value: Option<At<T>>) -> Option<At<T>> {
-        let is_there = self.entries.iter().any(|(k, _)| k.get_ref() == key);
-        if value.is_none() && !is_there {
+        if value.is_none() && !self.has(key) {
             self.document.error(self.line, format!("{} lacks {key}", self.title));
         }
         value
@@ -210,6 +219,29 @@ impl<'d, 'a> Table<'d, 'a> {
         }
         self.document.error(found.line, format!("{key} must not be negative, this is {}", found.value));
         None
+    }
+
+    /// A number of at least 0, or three: a factor by channel.
+    pub(super) fn factor(&mut self, key: &'static str) -> Option<At<Vec3>> {
+        let read = |value: &DeValue<'a>| {
+            let factor = number(value).map(Vec3::splat).or_else(|| vector(value).map(DVec3::as_vec3));
+            factor.filter(|f| f.is_finite() && f.min_element() >= 0.0)
+        };
+        self.typed(key, "a number of at least 0, or an array of three", read)
+    }
+
+    /// True or false.
+    pub(super) fn boolean(&mut self, key: &'static str) -> Option<At<bool>> {
+        self.typed(key, "true or false", |value| value.as_bool())
+    }
+
+    /// A date or a time, as TOML has them or in quotes: its text.
+    pub(super) fn date_or_time(&mut self, key: &'static str) -> Option<At<String>> {
+        let text = |value: &DeValue<'a>| match value {
+            DeValue::Datetime(at) => Some(at.to_string()),
+            other => other.as_str().map(str::to_owned),
+        };
+        self.typed(key, "a date or a time of day", text)
     }
 
     /// A string.

@@ -18,5 +18,6 @@ mod pixel_vertices;
 mod refinement;
 mod relighting;
 mod reveal;
+mod sky;
 mod specular;
 mod whole;

@@ -6,3 +6,4 @@ mod support;
 mod hemisphere;
 mod progressive;
 mod reference;
+mod reference_sky;

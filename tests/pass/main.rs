@@ -11,6 +11,7 @@ mod device;
 mod frame;
 mod luminance;
 mod patches;
+mod sky;
 mod tailored;
 mod texel_buffers;
 mod timing;

@@ -149,7 +149,7 @@ tone_mapping = 3
     let report = files.refused("s.toml");
     assert_eq!(
         lines(&report, Severity::Error),
-        [1, 4, 7, 8, 11, 12, 13, 14, 17, 20, 21, 25, 3],
+        [1, 4, 7, 8, 11, 12, 13, 14, 18, 20, 21, 25, 3],
         "{}",
         Error::Input(report.clone())
     );
@@ -159,7 +159,7 @@ tone_mapping = 3
     };
     said(4, "did you mean emit?");
     said(11, "[0, 0, nan]");
-    said(17, "not supported yet");
+    said(18, "sky.hdr: No such file");
     said(20, "did you mean \"point\"?");
     said(21, "lacks intensity");
     // The OBJ's own faults come along.

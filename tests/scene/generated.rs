@@ -77,6 +77,7 @@ fn the_library_is_large_and_has_a_hundred_lights_of_four_kinds() {
                 LightKind::Spot { .. } => n[1] += 1,
                 LightKind::Directional { .. } => n[2] += 1,
                 LightKind::Area { .. } => n[3] += 1,
+                LightKind::Environment(_) | LightKind::Sun { .. } => panic!("{} lights no hall", light.name),
             }
             n
         })
@@ -103,6 +104,7 @@ fn power(scene: &Scene, kind: &LightKind) -> f32 {
             mean(*intensity) * TAU * (1.0 - cos_outer) * cone / 1000.0
         }
         LightKind::Directional { direction, irradiance } => mean(*irradiance) * direction.x.abs() * 5.0 * 1.7 * 4.25,
+        LightKind::Environment(_) | LightKind::Sun { .. } => 0.0,
         LightKind::Area { triangles } => triangles.iter().map(|&t| mean(emitted_by(scene, t)) * PI).sum(),
     }
 }
