@@ -134,6 +134,7 @@ impl Shown<'_> {
     fn power(&self, light: &Light) -> Vec3 {
         match &light.kind {
             LightKind::Point { intensity, .. } | LightKind::Spot { intensity, .. } => *intensity,
+            LightKind::Lamp { lamp, .. } => lamp.peak(),
             LightKind::Directional { irradiance, .. } => *irradiance,
             LightKind::Sun { radiance, .. } => *radiance,
             LightKind::Environment(environment) => Vec3::splat(environment.mean_luminance()),
@@ -246,6 +247,11 @@ impl Shown<'_> {
         };
         match &light.kind {
             LightKind::Point { position, .. } => turned_away(*position - point.position),
+            LightKind::Lamp { position, lamp } => {
+                let to_light = *position - point.position;
+                let lit = lamp.intensity(-to_light.normalize_or_zero()) != Vec3::ZERO;
+                if lit { turned_away(to_light) } else { Relation::BesideCone }
+            }
             LightKind::Directional { direction, .. } => turned_away(-*direction),
             LightKind::Sun { direction, .. } => turned_away(*direction),
             LightKind::Environment(_) => Relation::Before,

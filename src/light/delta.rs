@@ -21,6 +21,12 @@ pub(super) fn arrival(kind: &LightKind, x: Vec3) -> Option<Arrival> {
     };
     match *kind {
         LightKind::Point { position, intensity } => from_point(position, intensity),
+        LightKind::Lamp { position, ref lamp } => {
+            let arrival = from_point(position, Vec3::ONE)?;
+            let intensity = lamp.intensity(-arrival.direction);
+            let facing = arrival.facing * intensity;
+            (facing != Vec3::ZERO).then(|| Arrival::single(arrival.direction, arrival.distance, facing))
+        }
         LightKind::Spot { position, direction, intensity, cos_inner, cos_outer } => {
             let arrival = from_point(position, intensity)?;
             let falloff = spot_falloff(-arrival.direction.dot(direction), cos_inner, cos_outer);
@@ -46,6 +52,7 @@ pub(super) fn strength(kind: &LightKind, x: Vec3, normal: Vec3) -> f32 {
 pub(super) fn bounds(kind: &LightKind) -> Option<LightBounds> {
     match *kind {
         LightKind::Point { position, intensity } => Some(LightBounds::of_point(position, luminance(intensity))),
+        LightKind::Lamp { position, ref lamp } => Some(LightBounds::of_point(position, luminance(lamp.peak()))),
         LightKind::Spot { position, direction, intensity, cos_inner, cos_outer } => {
             Some(LightBounds::of_spot(position, direction, luminance(intensity), [cos_inner, cos_outer]))
         }
@@ -59,6 +66,7 @@ pub(super) fn bounds(kind: &LightKind) -> Option<LightBounds> {
 pub(super) fn power(kind: &LightKind, scene: &Scene) -> Vec3 {
     match kind {
         LightKind::Point { intensity, .. } => *intensity * (2.0 * TAU),
+        LightKind::Lamp { lamp, .. } => lamp.power(),
         LightKind::Spot { intensity, cos_inner, cos_outer, .. } => {
             *intensity * (TAU * (1.0 - (cos_inner + cos_outer) * 0.5))
         }

@@ -2,6 +2,7 @@
 
 use super::environment::Environment;
 use super::ids::TriangleId;
+use super::photometry::Lamp;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -36,6 +37,13 @@ pub enum LightKind {
         cos_inner: f32,
         /// Cosine of the half angle outside which it is nil (< `cos_inner`).
         cos_outer: f32,
+    },
+    /// A point light as it was measured: its intensity depends on the direction.
+    Lamp {
+        /// Position, scene units.
+        position: Vec3,
+        /// What it sends where.
+        lamp: Arc<Lamp>,
     },
     /// Parallel light.
     Directional {
@@ -90,8 +98,8 @@ impl LightKind {
     /// Where the light is, scene units; `None` for one at infinity, and for geometry.
     #[must_use]
     pub const fn position(&self) -> Option<Vec3> {
-        match *self {
-            Self::Point { position, .. } | Self::Spot { position, .. } => Some(position),
+        match self {
+            Self::Point { position, .. } | Self::Spot { position, .. } | Self::Lamp { position, .. } => Some(*position),
             Self::Directional { .. } | Self::Environment(_) | Self::Sun { .. } | Self::Area { .. } => None,
         }
     }
@@ -99,7 +107,7 @@ impl LightKind {
     /// Why the light cannot be moved, if it cannot, to go on after its name.
     const fn why_fixed(&self) -> Option<&'static str> {
         match self {
-            Self::Point { .. } | Self::Spot { .. } => None,
+            Self::Point { .. } | Self::Spot { .. } | Self::Lamp { .. } => None,
             Self::Directional { .. } | Self::Environment(_) | Self::Sun { .. } => {
                 Some("is infinitely far: it has no place to move")
             }
@@ -109,7 +117,7 @@ impl LightKind {
 
     /// Puts a light that has a position elsewhere, scene units; others stay as they are.
     pub const fn move_to(&mut self, to: Vec3) {
-        if let Self::Point { position, .. } | Self::Spot { position, .. } = self {
+        if let Self::Point { position, .. } | Self::Spot { position, .. } | Self::Lamp { position, .. } = self {
             *position = to;
         }
     }
@@ -118,7 +126,7 @@ impl LightKind {
     #[must_use]
     pub const fn is_delta(&self) -> bool {
         match self {
-            Self::Point { .. } | Self::Spot { .. } | Self::Directional { .. } => true,
+            Self::Point { .. } | Self::Spot { .. } | Self::Lamp { .. } | Self::Directional { .. } => true,
             Self::Environment(_) | Self::Sun { .. } | Self::Area { .. } => false,
         }
     }

@@ -1,6 +1,7 @@
 //! The scene file: TOML that names geometry and places cameras and lights.
 
 use super::camera::{Camera, NamedCamera};
+use super::lamp_file::{self, LampLight};
 use super::light::{Light, LightKind};
 use super::report::Report;
 use super::sky_file::{self, Sky};
@@ -190,13 +191,19 @@ struct Lit {
     kind: LightKind,
     /// The sun of a sky.
     sun: Option<LightKind>,
-    /// File of a picture.
+    /// File of a picture or of a lamp.
     picture: Option<PathBuf>,
 }
 
 impl From<LightKind> for Lit {
     fn from(kind: LightKind) -> Self {
         Self { kind, sun: None, picture: None }
+    }
+}
+
+impl From<LampLight> for Lit {
+    fn from(lamp: LampLight) -> Self {
+        Self { kind: lamp.kind, sun: None, picture: Some(lamp.file) }
     }
 }
 
@@ -211,8 +218,8 @@ fn read_light(t: &mut Table, directory: &Path) -> Entry<Lit> {
     let name = t.string("name");
     let kind = t.choice("kind", &KINDS);
     let content = match t.required("kind", kind).map(|at| at.value) {
-        Some(Kind::Point) => read_point(t).map(Lit::from),
-        Some(Kind::Spot) => read_spot(t).map(Lit::from),
+        Some(Kind::Point) => read_point(t, directory),
+        Some(Kind::Spot) => read_spot(t, directory),
         Some(Kind::Directional) => read_directional(t).map(Lit::from),
         Some(Kind::Environment) => sky_file::read_environment(t, directory).map(Lit::from),
         Some(Kind::Sky) => sky_file::read_sky(t).map(Lit::from),
@@ -243,20 +250,36 @@ fn add_suns(lights: &mut Vec<Light>, suns: Vec<LightKind>) {
     }
 }
 
-fn read_point(t: &mut Table) -> Option<LightKind> {
+fn read_point(t: &mut Table, directory: &Path) -> Option<Lit> {
+    if let Some(photometry) = t.string("photometry") {
+        let axis = if t.has("direction") { read_direction(t) } else { Some(lamp_file::DOWN) };
+        return lamp_file::read(t, directory, &photometry, (axis, Some(None))).map(Lit::from);
+    }
     let position = t.position("position");
     let position = t.required("position", position);
     let intensity = t.colour("intensity");
     let intensity = t.required("intensity", intensity);
-    Some(LightKind::Point { position: position?.value, intensity: intensity?.value })
+    Some(LightKind::Point { position: position?.value, intensity: intensity?.value }.into())
 }
 
-fn read_spot(t: &mut Table) -> Option<LightKind> {
+fn read_spot(t: &mut Table, directory: &Path) -> Option<Lit> {
+    if let Some(photometry) = t.string("photometry") {
+        let direction = read_direction(t);
+        let cone = if t.has("inner_angle") || t.has("outer_angle") { read_cone(t).map(Some) } else { Some(None) };
+        return lamp_file::read(t, directory, &photometry, (direction, cone)).map(Lit::from);
+    }
     let position = t.position("position");
     let position = t.required("position", position);
     let intensity = t.colour("intensity");
     let intensity = t.required("intensity", intensity);
     let direction = read_direction(t);
+    let [cos_inner, cos_outer] = read_cone(t)?;
+    let (direction, intensity) = (direction?, intensity?.value);
+    Some(LightKind::Spot { position: position?.value, direction, intensity, cos_inner, cos_outer }.into())
+}
+
+/// Cosines of the half angles of a cone, inner and outer.
+fn read_cone(t: &mut Table) -> Option<[f32; 2]> {
     let inner = t.number_in("inner_angle", "a half angle from 0 to 180 degrees", |a| (0.0..=180.0).contains(&a));
     let inner = t.required("inner_angle", inner);
     let outer = t.number_in("outer_angle", "a half angle from 0 to 180 degrees", |a| a > 0.0 && a <= 180.0);
@@ -266,13 +289,7 @@ fn read_spot(t: &mut Table) -> Option<LightKind> {
         let message = format!("inner_angle {} must be smaller than outer_angle {}", inner.value, outer.value);
         t.error(inner.line, message);
     }
-    Some(LightKind::Spot {
-        position: position?.value,
-        direction: direction?,
-        intensity: intensity?.value,
-        cos_inner: inner.value.to_radians().cos(),
-        cos_outer: outer.value.to_radians().cos(),
-    })
+    Some([inner, outer].map(|at| at.value.to_radians().cos()))
 }
 
 fn read_directional(t: &mut Table) -> Option<LightKind> {

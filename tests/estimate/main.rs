@@ -4,6 +4,7 @@
 mod support;
 
 mod hemisphere;
+mod photometry;
 mod progressive;
 mod reference;
 mod reference_sky;

@@ -16,10 +16,10 @@ use penombre::scene::{Scene, load};
 use std::f32::consts::PI;
 use std::path::Path;
 
-const FULL: Settings = Settings { filter: Filter::Box, transport: Transport::Full, strategy: Strategy::Both };
+pub const FULL: Settings = Settings { filter: Filter::Box, transport: Transport::Full, strategy: Strategy::Both };
 const STRATEGIES: [Strategy; 3] = [Strategy::Both, Strategy::Lights, Strategy::Reflection];
 
-fn camera(position: Vec3, look_at: Vec3, vertical_fov: f32) -> Camera {
+pub fn camera(position: Vec3, look_at: Vec3, vertical_fov: f32) -> Camera {
     let up = if (look_at - position).cross(Vec3::Y).length() > 1e-3 { Vec3::Y } else { Vec3::Z };
     Camera { position, look_at, up, vertical_fov }
 }
@@ -37,12 +37,12 @@ fn render(scene: &Scene, camera: &Camera, settings: Settings, passes: u32, seed:
 
 /// Mean over the pixels, and its standard error.
 #[derive(Clone, Copy, Debug)]
-struct Estimate {
+pub struct Estimate {
     mean: Vec3,
     error: Vec3,
 }
 
-fn estimate(scene: &Scene, camera: &Camera, settings: Settings, passes: u32, seed: u64) -> Estimate {
+pub fn estimate(scene: &Scene, camera: &Camera, settings: Settings, passes: u32, seed: u64) -> Estimate {
     let image = render(scene, camera, settings, passes, seed);
     let n = image.mean.len() as f32;
     let sum: Vec3 = image.mean.iter().map(|m| m.truncate()).sum();
@@ -53,7 +53,7 @@ fn estimate(scene: &Scene, camera: &Camera, settings: Settings, passes: u32, see
 impl Estimate {
     /// Within four standard errors and `relative`; and sure enough that this says something.
     #[track_caller]
-    fn assert_is(self, expected: Vec3, relative: f32) {
+    pub fn assert_is(self, expected: Vec3, relative: f32) {
         let Self { mean, error } = self;
         assert!(error.cmple(expected * 0.01 + 1e-9).all(), "too noisy to test: {mean} ± {error}, expected {expected}");
         let off = (mean - expected).abs();

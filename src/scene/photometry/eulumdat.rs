@@ -9,10 +9,9 @@ const MAX_SETS: f32 = 20.0;
 pub(super) fn parse(text: &str) -> Result<Distribution, Fault> {
     let mut lines = Lines::new(text);
     skip(&mut lines, 1, "the company")?;
-    lines.number_of_line("the type (line 2)").map_err(|fault| Fault {
-        message: format!("{}: is it an LDT or IES file?", fault.message),
-        ..fault
-    })?;
+    lines
+        .number_of_line("the type (line 2)")
+        .map_err(|fault| Fault { message: format!("{}: is it an LDT or IES file?", fault.message), ..fault })?;
     let symmetry = lines.number_of_line("the symmetry (line 3)")?;
     let symmetry_line = lines.line;
     let planes = lines.number_of_line("the number of planes (line 4)")?;
@@ -33,7 +32,9 @@ pub(super) fn parse(text: &str) -> Result<Distribution, Fault> {
     let angle_list = list(&mut lines, angles, "an angle")?;
     let angle_line = lines.line;
     let (symmetry, measured) = measured(symmetry, planes).ok_or_else(|| {
-        let message = format!("symmetry {symmetry} of {planes} planes: 0 to 4 are known, and their planes come in quarters or halves");
+        let message = format!(
+            "symmetry {symmetry} of {planes} planes: 0 to 4 are known, and their planes come in quarters or halves"
+        );
         Fault::new(symmetry_line, message)
     })?;
     let mut candela = list(&mut lines, measured.len() * angles, "an intensity")?;
@@ -61,7 +62,10 @@ fn skip(lines: &mut Lines<'_>, count: usize, what: &str) -> Result<(), Fault> {
 fn lamps(lines: &mut Lines<'_>) -> Result<f32, Fault> {
     let sets = lines.number_of_line("the number of sets of lamps (line 26)")?;
     if !(1.0..=MAX_SETS).contains(&sets) || sets.fract() != 0.0 {
-        return Err(Fault::new(lines.line, format!("the number of sets of lamps is {sets}: 1 to {MAX_SETS} are expected")));
+        return Err(Fault::new(
+            lines.line,
+            format!("the number of sets of lamps is {sets}: 1 to {MAX_SETS} are expected"),
+        ));
     }
     let sets = sets as usize;
     lines.number_of_line("the number of lamps")?;

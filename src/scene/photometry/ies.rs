@@ -22,7 +22,10 @@ pub(super) fn parse(text: &str) -> Result<Distribution, Fault> {
     let lamp_ballast = if lamp_ballast > 0.0 { lamp_ballast } else { 1.0 };
     let factor = factor * ballast * lamp_ballast;
     if factor <= 0.0 || !factor.is_finite() {
-        return Err(Fault::new(lines.line, "the multiplier times the ballast factors is not above 0: nothing would shine"));
+        return Err(Fault::new(
+            lines.line,
+            "the multiplier times the ballast factors is not above 0: nothing would shine",
+        ));
     }
     let angles = lines.numbers(vertical, "a vertical angle")?;
     let planes = lines.numbers(horizontal, "a horizontal angle")?;
@@ -63,14 +66,19 @@ fn tilt(lines: &mut Lines<'_>) -> Result<Vec<[f32; 2]>, Fault> {
             lines.number("the lamp's geometry")?;
             let count = lines.number("the number of tilts")?;
             if !(1.0..=MAX_TILTS).contains(&count) {
-                return Err(Fault::new(lines.line, format!("the number of tilts is {count}: 1 to {MAX_TILTS} are expected")));
+                return Err(Fault::new(
+                    lines.line,
+                    format!("the number of tilts is {count}: 1 to {MAX_TILTS} are expected"),
+                ));
             }
             let angles = lines.numbers(count as usize, "an angle of the tilt")?;
             let factors = lines.numbers(count as usize, "a factor of the tilt")?;
             Ok(angles.into_iter().zip(factors).map(|(angle, factor)| [angle, factor.max(0.0)]).collect())
         }
         file => {
-            let message = format!("TILT={file}: factors in another file are not read: write them here, TILT=INCLUDE, or TILT=NONE");
+            let message = format!(
+                "TILT={file}: factors in another file are not read: write them here, TILT=INCLUDE, or TILT=NONE"
+            );
             Err(Fault::new(lines.line, message))
         }
     }
@@ -79,7 +87,12 @@ fn tilt(lines: &mut Lines<'_>) -> Result<Vec<[f32; 2]>, Fault> {
 type Planes = (System, Vec<f32>, Vec<f32>);
 
 /// What the horizontal angles say of symmetry. A last plane that is the first again goes.
-fn symmetry(kind: f32, line: u32, (mut planes, angle_line): (Vec<f32>, u32), mut candela: Vec<f32>) -> Result<Planes, Fault> {
+fn symmetry(
+    kind: f32,
+    line: u32,
+    (mut planes, angle_line): (Vec<f32>, u32),
+    mut candela: Vec<f32>,
+) -> Result<Planes, Fault> {
     let (first, last) = (planes.first().copied().unwrap_or(0.0), planes.last().copied().unwrap_or(0.0));
     let system = match kind {
         2.0 => System::B,
@@ -96,7 +109,9 @@ fn symmetry(kind: f32, line: u32, (mut planes, angle_line): (Vec<f32>, u32), mut
             }
             (0.0, last) if (180.0..360.0).contains(&last) => Symmetry::None,
             _ => {
-                let message = format!("horizontal angles go from {first} to {last}: 0, 0 to 90, 0 to 180, 90 to 270 and 0 to 360 are known");
+                let message = format!(
+                    "horizontal angles go from {first} to {last}: 0, 0 to 90, 0 to 180, 90 to 270 and 0 to 360 are known"
+                );
                 return Err(Fault::new(angle_line, message));
             }
         }),

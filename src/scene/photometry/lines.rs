@@ -47,14 +47,16 @@ impl<'a> Lines<'a> {
     }
 
     fn parse(&self, word: &str, what: &str) -> Result<f32, Fault> {
-        let fault = || Fault::new(self.line, format!("{what} is no number: {:?}", word.chars().take(40).collect::<String>()));
+        let fault =
+            || Fault::new(self.line, format!("{what} is no number: {:?}", word.chars().take(40).collect::<String>()));
         word.parse::<f32>().ok().filter(|number| number.is_finite()).ok_or_else(fault)
     }
 
     /// A count of angles from 1 to [`MAX_ANGLES`].
     pub(super) fn count(&self, number: f32, what: &str) -> Result<usize, Fault> {
         let is_count = number >= 1.0 && number.fract() == 0.0 && number <= MAX_ANGLES as f32;
-        let fault = || Fault::new(self.line, format!("{what} is {number}: a whole number from 1 to {MAX_ANGLES} is expected"));
+        let fault =
+            || Fault::new(self.line, format!("{what} is {number}: a whole number from 1 to {MAX_ANGLES} is expected"));
         is_count.then_some(number as usize).ok_or_else(fault)
     }
 

@@ -2,7 +2,10 @@
 
 mod eulumdat;
 mod ies;
+mod lamp;
 mod lines;
+
+pub use lamp::{EFFICACY, Hanging, Lamp};
 
 use glam::{Mat3, Vec3};
 use std::f32::consts::{PI, TAU};
@@ -78,7 +81,11 @@ pub fn read(path: &Path) -> Result<Distribution, String> {
     let say = |error: std::io::Error| format!("{}: cannot be read: {error}", path.display());
     let data = std::fs::metadata(path).map_err(say)?;
     if !data.is_file() || data.len() > MAX_FILE {
-        return Err(format!("{}: is no file of at most {} MiB: name an IES or LDT file", path.display(), MAX_FILE >> 20));
+        return Err(format!(
+            "{}: is no file of at most {} MiB: name an IES or LDT file",
+            path.display(),
+            MAX_FILE >> 20
+        ));
     }
     let bytes = std::fs::read(path).map_err(say)?;
     let is_ldt = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("ldt"));
