@@ -3,7 +3,7 @@
 use crate::reference::{FULL, camera, estimate};
 use glam::Vec3;
 use penombre::light::source::Source;
-use penombre::reference::settings::{Settings, Transport};
+use penombre::reference::{Settings, Transport};
 use penombre::scene::light::LightKind;
 use penombre::scene::load::load;
 use std::f32::consts::PI;
