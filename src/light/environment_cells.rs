@@ -4,7 +4,7 @@
 //! share of the cell's light: two searches in tables of sums, which keep strata of the square. So only the cells' weights depend on the
 //! surface, a hundred products.
 
-use super::environment_sums::texel_vectors;
+use super::environment_texels::{clipped, texel_vectors};
 use crate::math::luminance;
 use crate::scene::environment::{Environment, Picture};
 use glam::{DVec3, Vec3};
@@ -188,17 +188,6 @@ impl Cell {
         }
         let (cosine, reach) = (normal.dot(self.vector) / self.power, self.reach.min(1.0).max(below));
         clipped(cosine, reach).max(LEAST) * self.power
-    }
-}
-
-/// Mean of what is above 0 of a cosine that varies by ± `reach` about its mean.
-pub(super) fn clipped(cosine: f32, reach: f32) -> f32 {
-    if cosine >= reach {
-        cosine
-    } else if cosine <= -reach {
-        0.0
-    } else {
-        (cosine + reach) * (cosine + reach) / (4.0 * reach)
     }
 }
 

@@ -3,7 +3,7 @@
 //! It is a smooth function of the normal but for small bright things, which leave a kink where they set. So a table over normals holds
 //! what most of the picture sends, and the brightest blocks of texels are added one by one.
 
-use super::environment_cells::clipped;
+use super::environment_texels::{clipped, texel_vectors};
 use crate::math::luminance;
 use crate::scene::environment::Picture;
 use glam::{DMat3, DVec3, Mat3, Vec3};
@@ -117,44 +117,6 @@ fn blocks(picture: &Picture) -> Vec<Block> {
         Block { power, vector, mean, reach }
     };
     (0..count[0] * count[1]).into_par_iter().map(block).filter(|block| luminance(block.power) > 0.0).collect()
-}
-
-/// ∫ d dω over each texel, in the picture's own frame.
-pub(super) struct TexelVectors {
-    /// By column: ∫ sin φ dφ, ∫ cos φ dφ.
-    columns: Vec<[f64; 2]>,
-    /// By row: ∫ sin²θ dθ, and ∫ sinθ cosθ dθ times the width of a column.
-    rows: Vec<[f64; 2]>,
-    /// By row, sr.
-    solid_angles: Vec<f64>,
-}
-
-/// Prepares them for a picture of so many columns and rows.
-pub(super) fn texel_vectors([columns, rows]: [u32; 2]) -> TexelVectors {
-    let [width, height] = [columns, rows].map(f64::from);
-    let column = |x: f64| {
-        let [left, right] = [x, x + 1.0].map(|x| (x / width - 0.5) * TAU);
-        [left.cos() - right.cos(), right.sin() - left.sin()]
-    };
-    let row = |y: f64| {
-        let [top, bottom] = [y, y + 1.0].map(|y| y * PI / height);
-        let level = 0.5 * (bottom - top) - 0.25 * ((2.0 * bottom).sin() - (2.0 * top).sin());
-        [level, 0.5 * (bottom.sin().powi(2) - top.sin().powi(2)) * TAU / width]
-    };
-    let solid_angle = |y: f64| 2.0 * ((y + 0.5) * PI / height).sin() * (0.5 * PI / height).sin() * TAU / width;
-    TexelVectors {
-        columns: (0..columns).map(|x| column(f64::from(x))).collect(),
-        rows: (0..rows).map(|y| row(f64::from(y))).collect(),
-        solid_angles: (0..rows).map(|y| solid_angle(f64::from(y))).collect(),
-    }
-}
-
-impl TexelVectors {
-    /// Of a texel, sr.
-    pub(super) fn of(&self, x: u32, y: u32) -> DVec3 {
-        let ([sine, cosine], [level, up]) = (self.columns[x as usize], self.rows[y as usize]);
-        DVec3::new(sine * level, up, cosine * level)
-    }
 }
 
 #[cfg(test)]

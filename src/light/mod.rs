@@ -3,7 +3,7 @@
 //! - [`source`]: one interface to all kinds: sample, density, bounds, power, closed forms; `delta` and [`area`] are the kinds
 //! - [`area`]: emissive surfaces: their geometry (`facets`, `silhouette`, `quad`), what a texture makes them emit (`emission`),
 //!   points (`area_sampler`, `facet_cluster`), closed forms (`closed_form`, `area_distant`, `area_specular`)
-//! - [`environment`]: a picture all around, sampled by `environment_cells`, integrated by `environment_sums`; [`sun`]: a disc beside it
+//! - [`environment`]: a picture all around, sampled by `environment_cells`, integrated by `environment_sums` (`environment_texels`); [`sun`]: a disc beside it
 //! - [`lights`]: all sources of a scene, in light groups (`group`, `clustering`), what they emit at a time ([`lighting`])
 //! - [`selection`]: one light of many by the bounds of what each can send (`bounds`, `group_bounds`)
 //! - [`context`]: what estimators read; the shadow ray from a place to a light
@@ -24,6 +24,7 @@ mod emission;
 pub mod environment;
 mod environment_cells;
 mod environment_sums;
+mod environment_texels;
 mod facet_cluster;
 mod facets;
 pub mod group;

@@ -87,7 +87,7 @@ impl<'a> DirectLight<'a> {
     }
 
     /// What a bounce that hits nothing meets, W·sr⁻¹·m⁻², as far as sampling the lights at the surface, which returned `bounds`, leaves it.
-    pub fn from_infinity(&self, surface: &Surface, bounds: f32, bounce: &Bounce) -> Vec3 {
+    pub fn beyond(&self, surface: &Surface, bounds: f32, bounce: &Bounce) -> Vec3 {
         let (lights, direction) = (self.context.lights, bounce.ray.direction);
         let of_light = |light: usize| {
             let radiance = lights.sources[light].radiance_at_infinity(direction) * lights.factor(light);

@@ -215,8 +215,8 @@ impl<'a> Tracer<'a> {
         paths.retain_mut(|path| {
             let (Some(found), Some(bounce)) = (of_paths.next(), path.bounce.take()) else { return false };
             let Some(hit) = found else {
-                let beyond = self.direct.from_infinity(&path.surface, path.bounds, &bounce);
-                samples[path.sample].radiance += path.throughput * bounce.of_source * beyond;
+                let radiance = self.direct.beyond(&path.surface, path.bounds, &bounce);
+                samples[path.sample].radiance += path.throughput * bounce.of_source * radiance;
                 return false;
             };
             let next = Surface::new(self.context.scene, &bounce.ray, hit);

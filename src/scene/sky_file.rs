@@ -138,23 +138,12 @@ fn read_sun(t: &mut Table, frame: Option<(Vec3, Vec3)>) -> Option<Vec3> {
         return None;
     }
     if by_direction {
-        let At { value, line } = direction?;
-        let unit = value.as_dvec3().normalize_or_zero().as_vec3();
-        let (up, _) = frame?;
-        if unit == Vec3::ZERO || unit.dot(up) < 0.0 {
-            t.error(
-                line,
-                "sun_direction must lead to the sun, above the horizon: there is no model of the sky after sunset",
-            );
-            return None;
-        }
-        return Some(unit);
+        return checked_direction(t, direction?, frame?.0);
     }
     if by_angles {
         let elevation = t.required("sun_elevation", elevation)?;
-        let turn =
-            azimuth.map_or(Some(0.0), |at| Some(at.value)).filter(|_| azimuth.is_some() || !t.has("sun_azimuth"));
-        return Some(towards(frame?, [elevation.value.to_radians(), turn?.to_radians()]));
+        let turn = azimuth.map_or((!t.has("sun_azimuth")).then_some(0.0), |at| Some(at.value))?;
+        return Some(towards(frame?, [elevation.value.to_radians(), turn.to_radians()]));
     }
     let date = t.required("date", date);
     let time = t.required("time", time);
@@ -163,20 +152,32 @@ fn read_sun(t: &mut Table, frame: Option<(Vec3, Vec3)>) -> Option<Vec3> {
     let offset = offset.map_or(0.0, |at| f64::from(at.value));
     let (date, time, latitude, longitude) = (date?, time?, latitude?, longitude?);
     let place = Location { latitude: f64::from(latitude.value), longitude: f64::from(longitude.value) };
-    let line = time.line;
-    let angles = match sun_at(&date.value, &time.value, offset, place) {
-        Ok(angles) => angles,
-        Err(why) => {
-            t.error(line, why);
-            return None;
-        }
-    };
-    if angles[0] < 0.0 {
-        let below = angles[0].abs();
-        t.error(line, format!("the sun is {below:.1}° below the horizon then, and there is no model of the sky after sunset: choose another time"));
+    let found = sun_at(&date.value, &time.value, offset, place).and_then(above_horizon);
+    let told = found.map_err(|why| t.error(time.line, why));
+    Some(towards(frame?, told.ok()?.map(|degrees| (degrees as f32).to_radians())))
+}
+
+/// A direction to the sun as a unit one.
+fn checked_direction(t: &mut Table, At { value, line }: At<Vec3>, up: Vec3) -> Option<Vec3> {
+    let unit = value.as_dvec3().normalize_or_zero().as_vec3();
+    if unit == Vec3::ZERO || unit.dot(up) < 0.0 {
+        let message =
+            "sun_direction must lead to the sun, above the horizon: there is no model of the sky after sunset";
+        t.error(line, message);
         return None;
     }
-    Some(towards(frame?, angles.map(|degrees| (degrees as f32).to_radians())))
+    Some(unit)
+}
+
+/// Elevation and azimuth of the sun, degrees, by day.
+fn above_horizon([elevation, azimuth]: [f64; 2]) -> Result<[f64; 2], String> {
+    if elevation >= 0.0 {
+        return Ok([elevation, azimuth]);
+    }
+    let below = -elevation;
+    Err(format!(
+        "the sun is {below:.1}° below the horizon then, and there is no model of the sky after sunset: choose another time"
+    ))
 }
 
 /// The unit direction at an elevation and an azimuth, clockwise from north, radians.

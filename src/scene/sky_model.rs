@@ -76,7 +76,7 @@ impl SkyModel {
         let zenith = 90.0 - elevation.to_degrees();
         let mass = 1.0 / (elevation.sin() + 0.15 * (93.885 - zenith).powf(-1.253));
         let rayleigh = 0.008_735 * micrometres.powf(-4.08);
-        let aerosols = (0.046_083_658 * self.turbidity - 0.045_860_26).max(0.0) * micrometres.powf(-1.3);
+        let aerosols = (0.046_083_66 * self.turbidity - 0.045_860_26).max(0.0) * micrometres.powf(-1.3);
         let vapour = water * VAPOUR * mass;
         let depth = mass * (rayleigh + aerosols + ozone * OZONE) + 0.2385 * vapour / (1.0 + 20.07 * vapour).powf(0.45);
         (-depth).exp()

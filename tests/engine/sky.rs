@@ -52,11 +52,11 @@ fn before_a_wall_there_is_what_it_leaves_of_an_even_sky() {
     let build = |kd: f32| {
         let mut scene = Scene::default();
         let grey = material(&mut scene, |m| m.kd = Vec3::splat(kd));
-        let black = material(&mut scene, |m| m.kd = Vec3::ZERO);
+        let floor = material(&mut scene, |_| {});
         let corner = Vec3::new(-half_width, 0.0, 0.0);
         patch(&mut scene, corner, Vec3::X * 2.0 * half_width, Vec3::Y * height, 1, grey);
         let small = Vec3::new(-1e-3, 0.0, distance - 1e-3);
-        let ids = patch(&mut scene, small, Vec3::Z * 2e-3, Vec3::X * 2e-3, 1, black);
+        let ids = patch(&mut scene, small, Vec3::Z * 2e-3, Vec3::X * 2e-3, 1, floor);
         around(&mut scene, Picture::constant(RADIANCE), 0.0);
         (scene, ids)
     };
@@ -66,7 +66,7 @@ fn before_a_wall_there_is_what_it_leaves_of_an_even_sky() {
     for diffuse in &direct {
         assert!((*diffuse / (RADIANCE * (1.0 - hidden)) - 1.0).abs().max_element() < 5e-3, "{diffuse} {hidden}");
     }
-    // A wall of reflectance ρ sees the sky above and below, but for the tiny black floor: its radiance is ρ L.
+    // A wall of reflectance ρ sees the sky above and below, but for the tiny floor: its radiance is ρ L.
     let kd = 0.6;
     let (scene, ids) = build(kd);
     let mirror = gather_light(&mut engine_with(scene, 1, bounces(3)), &front(&ids), Vec3::Y * 9.0, 200_000);

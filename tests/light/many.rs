@@ -226,7 +226,7 @@ impl Place<'_> {
 
     /// What a source adds.
     fn arriving(&self, source: &Source) -> [f32; 2] {
-        let sampler = source.sampler(self.x);
+        let sampler = source.sampler(self.x, Vec3::Y);
         let count = if source.is_delta() { 1 } else { 1024 };
         mean((0..count).map(|i| {
             let [u, v, ..] = Sequence::new(99).point(i);
@@ -238,7 +238,7 @@ impl Place<'_> {
     fn assert_mean_is(&self, group: LightGroup<'_>, exact: [f32; 2]) {
         const ROUNDS: u64 = 1500;
         let round = |round: u64| {
-            let points = group.points(self.x, Sequence::new(round * 77 + 5));
+            let points = group.points((self.x, Vec3::Y), Sequence::new(round * 77 + 5));
             mean((0..7).map(|i| self.values(points.sample(self.scene, i))))
         };
         let rounds: Vec<[f32; 2]> = (0..ROUNDS).map(round).collect();

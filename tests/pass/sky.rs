@@ -18,7 +18,7 @@ const HALF_ANGLE: f32 = 0.05;
 /// A small triangle before a picture of noise, turned so that its seam or a pole may be seen, and a sun beside the middle of the view.
 fn scene(look_at: Vec3, rotation: f32) -> (Scene, Environment, SunSource) {
     let mut scene = empty_scene();
-    let small = [Vec3::ZERO, Vec3::X * 0.1, Vec3::Y * 0.1].map(|p| p + look_at * 0.1);
+    let small = [Vec3::X * -0.3, Vec3::X * -0.1, Vec3::new(-0.3, 0.15, 0.15)].map(|p| p + look_at.normalize());
     add_triangle(&mut scene, small, [Vec2::ZERO; 3], 0);
     scene.cameras[0].camera.position = Vec3::ZERO;
     scene.cameras[0].camera.look_at = look_at;
