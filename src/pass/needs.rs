@@ -46,7 +46,7 @@ impl Needs {
             textures: emission_textures || any(|material| material.map_kd.is_some()),
             emission_textures,
             bright_textures: scene.textures.iter().any(|texture| texture.encoding() == Encoding::SharedExponent),
-            clamped_textures: maps.into_iter().any(|map| map.wrap == Wrap::Clamp),
+            clamped_textures: maps.into_iter().any(|map| map.wrap != [Wrap::Repeat; 2]),
         }
     }
 
