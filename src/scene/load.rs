@@ -2,7 +2,7 @@
 
 use super::coplanar::Coplanar;
 use super::geometry::{Geometry, bounds};
-use super::gltf::{GltfFiles, View};
+use super::gltf::{GltfFiles, View, are_dim};
 use super::input::{self, Kind};
 use super::light::Light;
 use super::material::{Material, TextureMap};
@@ -267,10 +267,15 @@ fn finish_scene(path: &Path, (description, origin): (Description, DVec3), parts:
         report.warn(path, None, message);
     }
     scene.coplanar = Coplanar::find_with(&scene, &soup.repeats);
-    add_lights(&mut scene.lights, lights, " (glTF)");
     let area_lights = emitters::find(&scene);
+    let middle = bounds(&scene.positions, &scene.triangles).map_or(Vec3::ZERO, |(lo, hi)| lo.midpoint(hi));
+    let alone = area_lights.is_empty() && scene.lights.is_empty();
+    if let Some(message) = are_dim(&lights, middle).filter(|_| alone) {
+        report.warn(path, None, message);
+    }
+    add_lights(&mut scene.lights, lights, " (glTF)");
     add_lights(&mut scene.lights, area_lights, " (area)");
-    add_cameras(&mut scene, views);
+    add_cameras(&mut scene, views, middle);
     complete_view(path, description.up, &mut scene, report);
     scene
 }
@@ -296,8 +301,7 @@ fn add_lights(lights: &mut Vec<Light>, more: Vec<Light>, suffix: &str) {
 }
 
 /// The cameras of glTF files, after those of the scene file; they look at points as far away as the middle of the scene.
-fn add_cameras(scene: &mut Scene, views: Vec<View>) {
-    let middle = bounds(&scene.positions, &scene.triangles).map_or(Vec3::ZERO, |(lo, hi)| lo.midpoint(hi));
+fn add_cameras(scene: &mut Scene, views: Vec<View>, middle: Vec3) {
     let mut taken: HashSet<String> = scene.cameras.iter().map(|camera| camera.name.clone()).collect();
     for view in views {
         let mut name = view.name.clone();

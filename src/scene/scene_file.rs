@@ -34,6 +34,16 @@ impl GeometryName {
     }
 }
 
+/// In what the lights of glTF files are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum LightUnits {
+    /// Candela and lux, as the extension has it.
+    #[default]
+    Photometric,
+    /// W·sr⁻¹ and W·m⁻².
+    Radiometric,
+}
+
 /// What a scene file says.
 #[derive(Debug, Default)]
 pub(super) struct Description {
@@ -41,7 +51,9 @@ pub(super) struct Description {
     pub files: Vec<GeometryName>,
     /// Which side of emissive triangles emits.
     pub emission_side: EmissionSide,
-    /// Smoothing of OBJs without normals, degrees.
+    /// In what the lights of glTF files are.
+    pub light_units: LightUnits,
+    /// Smoothing of files without normals, degrees.
     pub smooth_angle: Option<f32>,
     /// Cameras in order.
     pub cameras: Vec<NamedCamera>,
@@ -97,6 +109,8 @@ fn read_geometry(t: &mut Table, directory: &Path, out: &mut Description) {
     }
     let sides = [("front", EmissionSide::Front), ("both", EmissionSide::Both)];
     out.emission_side = t.choice("emit", &sides).map_or(EmissionSide::Front, |at| at.value);
+    let units = [("photometric", LightUnits::Photometric), ("radiometric", LightUnits::Radiometric)];
+    out.light_units = t.choice("light_units", &units).map_or(LightUnits::Photometric, |at| at.value);
     let angle = t.number_in("smooth_angle", "degrees from 0 to 180", |a| (0.0..=180.0).contains(&a));
     out.smooth_angle = angle.map(|at| at.value);
 }

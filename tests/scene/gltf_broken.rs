@@ -4,6 +4,7 @@
 
 use super::generated::generate::glb::assemble;
 use penombre::error::Error;
+use penombre::scene::light::LightKind;
 use penombre::scene::load::load;
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -334,6 +335,23 @@ fn instances_do_not_multiply_without_end() {
     file["scenes"][0]["nodes"] = json!([0]);
     let (said, _) = loaded("a.glb", &assemble(serde_json::to_vec(&file).expect("text"), buffer()));
     assert!(said.contains("lies deeper than 1024 nodes"), "{said}");
+}
+
+#[test]
+fn lights_that_leave_a_scene_dark_may_be_in_watts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut file = sound();
+    file["extensions"]["KHR_lights_punctual"]["lights"][0] = json!({"type": "directional", "intensity": 3});
+    let glb = assemble(serde_json::to_vec(&file).expect("text"), buffer());
+    std::fs::write(folder.path().join("a.glb"), glb).expect("written");
+    let (dark, drawn) = said(&folder.path().join("a.glb"));
+    assert!(drawn == 1 && dark.contains("leave the scene dark: white is lit to 1.4e-3"), "{dark}");
+    let text = "[geometry]\ngltf = \"a.glb\"\nlight_units = \"radiometric\"\n";
+    std::fs::write(folder.path().join("a.toml"), text).expect("written");
+    let loaded = load(&folder.path().join("a.toml")).expect("it loads");
+    assert!(loaded.report.faults.is_empty(), "{:?}", loaded.report.faults);
+    let LightKind::Directional { direction, irradiance } = loaded.scene.lights[0].kind else { panic!("no sun") };
+    assert_eq!((direction, irradiance), (glam::Vec3::NEG_Z, glam::Vec3::splat(3.0)));
 }
 
 #[test]

@@ -13,7 +13,7 @@ use crate::scene::material::{Material, TextureMap};
 use crate::scene::memory;
 use crate::scene::origin::Sample;
 use crate::scene::report::Report;
-use crate::scene::scene_file::{Description, GeometryName};
+use crate::scene::scene_file::{Description, GeometryName, LightUnits};
 use crate::scene::soup::Soup;
 use crate::scene::source::Source;
 use crate::scene::textures::Request;
@@ -50,8 +50,10 @@ struct Model {
 impl GltfFiles {
     /// Reads the files that a scene names; `main` is the file that it is loaded by.
     pub(in crate::scene) fn read(main: &Path, description: &Description, report: &mut Report) -> Self {
+        let units = description.light_units;
         let named: Vec<&GeometryName> = description.files.iter().filter(|file| file.is_gltf).collect();
-        let read: Vec<_> = named.par_iter().map(|file| Document::read(&file.path).map(Model::new)).collect();
+        let read: Vec<_> =
+            named.par_iter().map(|file| Document::read(&file.path).map(|d| Model::new(d, units))).collect();
         let mut files = Self::default();
         for (result, name) in read.into_iter().zip(named) {
             match result {
@@ -136,7 +138,7 @@ impl Source for GltfFiles {
 
 impl Model {
     /// Looks at all that the scene of a file holds, and says what is wrong with it.
-    fn new(document: Document) -> (Self, Faults) {
+    fn new(document: Document, units: LightUnits) -> (Self, Faults) {
         let mut faults = Faults::new(&document.path);
         let placed = nodes::placed(&document, &mut faults);
         let mut model =
@@ -155,7 +157,7 @@ impl Model {
                 faults
                     .once("instancing", "EXT_mesh_gpu_instancing is not supported: one instance of each mesh is drawn");
             }
-            lights.extend(Punctual::of(document, placed, &mut faults));
+            lights.extend(Punctual::of(document, placed, units, &mut faults));
             views.extend(View::of(document, placed, views.len() + 1, &mut faults));
         }
         model.document.warn_of_buffers(&mut faults);

@@ -4,12 +4,15 @@ use super::document::Document;
 use super::faults::Faults;
 use super::nodes::Placed;
 use crate::scene::light::{Light, LightKind};
+use crate::scene::scene_file::LightUnits;
 use ::gltf::json::extensions::scene::khr_lights_punctual::{self as khr, Type};
 use ::gltf::json::validation::Checked;
 use glam::{DVec3, Vec3};
 
 /// Lumens of a watt: what photometric intensities are divided by (docs/units.md).
 const LUMENS_PER_WATT: f32 = 683.0;
+/// Least radiance of a white surface in the middle of the scene that is taken for what was meant, W·sr⁻¹·m⁻².
+const DIM: f32 = 1.0 / 128.0;
 
 /// A light in the coordinates of the file.
 #[derive(Clone, Debug)]
@@ -22,7 +25,7 @@ pub(super) struct Punctual {
 
 impl Punctual {
     /// The light of a node, if it has one that can be used.
-    pub(super) fn of(document: &Document, placed: &Placed, faults: &mut Faults) -> Option<Self> {
+    pub(super) fn of(document: &Document, placed: &Placed, units: LightUnits, faults: &mut Faults) -> Option<Self> {
         let node = document.root.nodes.get(placed.node)?;
         let number = node.extensions.as_ref()?.khr_lights_punctual.as_ref()?.light.value();
         let lights = document.root.extensions.as_ref().and_then(|e| e.khr_lights_punctual.as_ref());
@@ -31,7 +34,7 @@ impl Punctual {
             return None;
         };
         let named = [&light.name, &node.name].into_iter().flatten().find(|name| !name.is_empty());
-        match kind(light, placed) {
+        match kind(light, placed, units) {
             Ok(kind) => {
                 if light.range.is_some() {
                     faults.once("ranges", "lights have ranges, which are not used: they light everything");
@@ -53,8 +56,27 @@ impl Punctual {
     }
 }
 
-fn kind(light: &khr::Light, placed: &Placed) -> Result<LightKind, String> {
-    let power = Vec3::from(light.color) * light.intensity / LUMENS_PER_WATT;
+/// What is to be said of lights that leave a scene with that middle dark: many writers give watts in the place of lumens.
+pub(in crate::scene) fn are_dim(lights: &[Light], middle: Vec3) -> Option<String> {
+    let irradiance = |light: &Light| match light.kind {
+        LightKind::Directional { irradiance, .. } => irradiance.max_element(),
+        LightKind::Point { position, intensity } | LightKind::Spot { position, intensity, .. } => {
+            intensity.max_element() / position.distance_squared(middle)
+        }
+        LightKind::Area { .. } => f32::INFINITY,
+    };
+    let radiance = lights.iter().map(irradiance).sum::<f32>() / std::f32::consts::PI;
+    (!lights.is_empty() && radiance < DIM).then(|| {
+        format!(
+            "its lights, in candela and lux, leave the scene dark: white is lit to {radiance:.1e} in the middle. Where watts are \
+             meant, as some programs write, say light_units = \"radiometric\" in [geometry] of a scene file; else --exposure helps"
+        )
+    })
+}
+
+fn kind(light: &khr::Light, placed: &Placed, units: LightUnits) -> Result<LightKind, String> {
+    let per_watt = if units == LightUnits::Photometric { LUMENS_PER_WATT } else { 1.0 };
+    let power = Vec3::from(light.color) * light.intensity / per_watt;
     if !power.is_finite() || power.min_element() < 0.0 {
         return Err("its colour or intensity is negative or no number".into());
     }

@@ -18,3 +18,4 @@ mod triangles;
 
 pub(super) use cameras::View;
 pub(super) use files::GltfFiles;
+pub(super) use lights::are_dim;

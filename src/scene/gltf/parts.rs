@@ -117,11 +117,13 @@ impl Parts {
         let surface = self.surface(document, primitive.material.map(|m| m.value()), colours.is_some(), faults);
         let uv_set = self.surfaces[surface].uv_set;
         let mut read = |index: Option<usize>, purpose| index.map(|index| self.reader(document, index, purpose, faults));
-        let positions = read(Some(positions), Use::Position)??;
+        let positions = read(Some(positions), Use::Position).flatten();
         let normals = read(attribute(Semantic::Normals), Use::Normal);
         let uvs = read(attribute(Semantic::TexCoords(uv_set)), Use::TexCoord);
         let colours = read(colours, Use::Colour);
         let indices = read(primitive.indices.map(|index| index.value()), Use::Index);
+        // All of them are looked at before one that is broken ends it.
+        let positions = positions?;
         let whole = [normals, uvs, colours, indices].iter().all(|found| *found != Some(None));
         let [normals, uvs, colours, indices] = [normals, uvs, colours, indices].map(Option::flatten);
         let vertices = self.readers[positions].count;
