@@ -14,7 +14,7 @@ use super::source::Source;
 use super::subject::Subject;
 use super::texture::Texture;
 use super::up_axis::UpAxis;
-use super::{Scene, camera::NamedCamera, emitters, framing, main_file, normals, origin, textures};
+use super::{Scene, camera::NamedCamera, dark_emission, emitters, framing, main_file, normals, origin, textures};
 use crate::error::{Error, Result};
 use crate::trace;
 use glam::{DVec3, Vec3};
@@ -137,7 +137,9 @@ pub fn load_beside(path: &Path, up: Option<UpAxis>, on_geometry: impl FnOnce(&Ge
         return Err(Error::Input(report));
     }
     let files = files_read(path, &sources, &images);
-    let parts = Parts { soup, materials, textures: images, views: models.views(), lights: models.lights() };
+    let first_of_gltf = objs.slots();
+    let parts =
+        Parts { first_of_gltf, soup, materials, textures: images, views: models.views(), lights: models.lights() };
     let scene = finish_scene(path, (description, origin), parts, &mut report);
     timings.finish = finish.elapsed();
     timings.total = start.elapsed();
@@ -244,7 +246,7 @@ fn nothing_to_draw(counts: &Counts) -> String {
 }
 
 fn finish_scene(path: &Path, (description, origin): (Description, DVec3), parts: Parts, report: &mut Report) -> Scene {
-    let Parts { soup, materials, textures, views, lights } = parts;
+    let Parts { first_of_gltf, soup, materials, textures, views, lights } = parts;
     let mut scene = Scene {
         positions: soup.positions,
         triangles: soup.triangles,
@@ -266,6 +268,7 @@ fn finish_scene(path: &Path, (description, origin): (Description, DVec3), parts:
         let message = format!("{turned} vertex normals point to the back of their face and are turned");
         report.warn(path, None, message);
     }
+    dark_emission::leave_out(&mut scene, first_of_gltf);
     scene.coplanar = Coplanar::find_with(&scene, &soup.repeats);
     let area_lights = emitters::find(&scene);
     let middle = bounds(&scene.positions, &scene.triangles).map_or(Vec3::ZERO, |(lo, hi)| lo.midpoint(hi));
@@ -276,12 +279,18 @@ fn finish_scene(path: &Path, (description, origin): (Description, DVec3), parts:
     add_lights(&mut scene.lights, lights, " (glTF)");
     add_lights(&mut scene.lights, area_lights, " (area)");
     add_cameras(&mut scene, views, middle);
-    complete_view(path, description.up, &mut scene, report);
+    // A bare model with a glowing detail is not meant to be seen by that alone.
+    let is_bare_gltf = description.files.iter().all(|file| file.is_gltf && file.line.is_none());
+    let has_others = scene.lights.iter().any(|light| light.kind.is_delta());
+    let is_dark = scene.lights.is_empty() || is_bare_gltf && !has_others && dark_emission::is_faint(&scene);
+    complete_view(path, (description.up, is_dark), &mut scene, report);
     scene
 }
 
 /// What a scene is made of, besides what its scene file says.
 struct Parts {
+    /// Number of the first material of a glTF file.
+    first_of_gltf: usize,
     soup: Soup,
     materials: Vec<Material>,
     textures: Vec<Texture>,
@@ -313,8 +322,8 @@ fn add_cameras(scene: &mut Scene, views: Vec<View>, middle: Vec3) {
 }
 
 /// A camera and a light where the scene has none.
-fn complete_view(path: &Path, up: UpAxis, scene: &mut Scene, report: &mut Report) {
-    if !scene.cameras.is_empty() && !scene.lights.is_empty() {
+fn complete_view(path: &Path, (up, is_dark): (UpAxis, bool), scene: &mut Scene, report: &mut Report) {
+    if !scene.cameras.is_empty() && !is_dark {
         return;
     }
     let Some(subject) = Subject::of(scene, up) else { return };
@@ -328,8 +337,9 @@ fn complete_view(path: &Path, up: UpAxis, scene: &mut Scene, report: &mut Report
         report.warn(path, None, message);
         scene.cameras.push(NamedCamera { name: "framed".into(), camera });
     }
-    if scene.lights.is_empty() {
-        report.warn(path, None, "no light and nothing emits: one point light was added");
+    if is_dark {
+        let found = if scene.lights.is_empty() { "nothing emits" } else { "what emits is a detail" };
+        report.warn(path, None, format!("no light and {found}: one point light was added"));
         scene.lights.push(Light { name: "added".into(), kind: framing::light(&subject, up) });
     }
 }

@@ -8,6 +8,7 @@ pub mod camera_path;
 mod commas;
 pub mod coplanar;
 mod coplanar_search;
+mod dark_emission;
 mod emitters;
 pub mod extent;
 mod find_file;
