@@ -11,6 +11,7 @@ mod fuzz;
 mod generated;
 mod gltf_broken;
 mod gltf_fuzz;
+mod gltf_materials;
 mod gltf_samples;
 mod malformed;
 mod size_and_place;

@@ -33,8 +33,9 @@ impl View {
         };
         let turned = |axis: DVec3| (placed.frame.matrix3 * axis).normalize_or_zero();
         let (position, forward, up) = (placed.frame.translation, turned(DVec3::NEG_Z), turned(DVec3::Y));
-        let (yfov, pi) = (perspective.yfov, std::f32::consts::PI);
-        if !(yfov > 0.0 && yfov < pi) || !position.is_finite() || forward.cross(up).length() < 1e-6 {
+        let yfov = perspective.yfov;
+        let has_angle = yfov > 0.0 && yfov < std::f32::consts::PI;
+        if !has_angle || !position.as_vec3().is_finite() || forward.cross(up).length() < 1e-6 {
             let message = format!(
                 "camera {index} has a yfov of {yfov} rad, or a node without a place or direction: it is left out"
             );

@@ -71,6 +71,11 @@ impl Surface {
         Some(surface)
     }
 
+    /// Whether it shows its colour whatever the light.
+    pub(super) const fn is_unlit(&self) -> bool {
+        self.material.unlit
+    }
+
     /// Its textures.
     pub(super) fn maps(&self) -> impl Iterator<Item = &Map> {
         self.maps.iter().map(|(_, map)| map)

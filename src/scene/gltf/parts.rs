@@ -116,6 +116,12 @@ impl Parts {
         let colours = attribute(Semantic::Colors(0));
         let surface = self.surface(document, primitive.material.map(|m| m.value()), colours.is_some(), faults);
         let uv_set = self.surfaces[surface].uv_set;
+        if colours.is_some() && self.surfaces[surface].is_unlit() {
+            faults.once(
+                "unlit colours",
+                "vertex colours of unlit materials are not supported: their base colour is shown",
+            );
+        }
         let mut read = |index: Option<usize>, purpose| index.map(|index| self.reader(document, index, purpose, faults));
         let positions = read(Some(positions), Use::Position).flatten();
         let normals = read(attribute(Semantic::Normals), Use::Normal);
