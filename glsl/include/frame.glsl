@@ -47,18 +47,21 @@ struct Material {
     uint padding[3]; // to whole texels
 };
 
-// A texture's mip chain, index of each level's first texel; looked up at uv * scale + offset.
-const uint CLAMPS = 1u;          // its edge goes on outside of [0, 1]
+// A texture's mip chain, index of each level's first texel; looked up at matrix * uv + offset.
+const uint HELD_U = 8u;          // outside of [0, 1] its edge goes on along u
+const uint HELD_V = 16u;
+const uint MIRRORED_U = 32u;     // or, where this is set too, the image turned over
+const uint MIRRORED_V = 64u;
 const uint SHARED_EXPONENT = 2u; // encoding of its texels, scene::texture::Encoding
 const uint LINEAR = 4u;
 struct Texture {
     uvec2 extent;
     uint levels;
     uint flags;
-    vec2 scale;
+    mat2 matrix;
     vec2 offset;
     uint first[MAX_LEVELS];
-    uint padding; // to whole texels
+    uint padding[3]; // to whole texels
 };
 
 // A vertex slot: weight 1 valid, 0 invalid; D and S in W/sr/m2.

@@ -21,7 +21,7 @@ layout(set = 0, binding = 15) uniform utextureBuffer drawn_list_words;
 // Quads or words of each struct (src/pass/shared.rs).
 const uint TRIANGLE_QUADS = 3u;
 const uint MATERIAL_QUADS = 6u;
-const uint TEXTURE_QUADS = 6u;
+const uint TEXTURE_QUADS = 7u;
 const uint SLOT_WORDS = 10u;
 const uint DRAWN_TRIANGLE_WORDS = 5u;
 
@@ -136,16 +136,17 @@ uint texture_flags(uint index) {
     return frame.textures.at[index].flags;
 }
 
-vec2 texture_scale(uint index) {
+mat2 texture_matrix(uint index) {
     if (TEXEL_BUFFERS) {
-        return uintBitsToFloat(QUAD(texture_quads, TEXTURE_QUADS * index + 1u).xy);
+        vec4 columns = uintBitsToFloat(QUAD(texture_quads, TEXTURE_QUADS * index + 1u));
+        return mat2(columns.xy, columns.zw);
     }
-    return frame.textures.at[index].scale;
+    return frame.textures.at[index].matrix;
 }
 
 vec2 texture_offset(uint index) {
     if (TEXEL_BUFFERS) {
-        return uintBitsToFloat(QUAD(texture_quads, TEXTURE_QUADS * index + 1u).zw);
+        return uintBitsToFloat(QUAD(texture_quads, TEXTURE_QUADS * index + 2u).xy);
     }
     return frame.textures.at[index].offset;
 }
@@ -153,7 +154,8 @@ vec2 texture_offset(uint index) {
 // Index of a level's first texel.
 uint texture_first(uint index, uint level) {
     if (TEXEL_BUFFERS) {
-        return QUAD(texture_quads, TEXTURE_QUADS * index + 2u + level / 4u)[level % 4u];
+        uint word = 2u + level; // after the offset
+        return QUAD(texture_quads, TEXTURE_QUADS * index + 2u + word / 4u)[word % 4u];
     }
     return frame.textures.at[index].first[level];
 }

@@ -35,9 +35,12 @@ vec3 texel(uint first, int width, ivec2 p, uint flags) {
 
 // The four texels around a point of a level: corners in x..y (columns) and z..w (rows), and the fraction.
 ivec4 footprint(ivec2 size, vec2 uv, uint flags, out vec2 fraction) {
-    if (CLAMPED_TEXTURES && (flags & CLAMPS) != 0u) {
+    if (CLAMPED_TEXTURES && (flags & (HELD_U | HELD_V)) != 0u) {
+        bvec2 mirrored = notEqual(uvec2(flags) & uvec2(MIRRORED_U, MIRRORED_V), uvec2(0u));
+        vec2 inside = mix(uv, 1.0 - abs(2.0 * fract(uv * 0.5) - 1.0), mirrored);
         // Between the middles of the outer texels nothing repeats.
-        uv = clamp(uv, 0.5 / vec2(size), 1.0 - 0.5 / vec2(size));
+        inside = clamp(inside, 0.5 / vec2(size), 1.0 - 0.5 / vec2(size));
+        uv = mix(uv, inside, notEqual(uvec2(flags) & uvec2(HELD_U, HELD_V), uvec2(0u)));
     }
     vec2 wrapped = vec2(uv.x - floor(uv.x), (1.0 - uv.y) - floor(1.0 - uv.y));
     vec2 p = wrapped * vec2(size) - 0.5;
@@ -63,15 +66,16 @@ vec3 texture_level(uint index, ivec2 extent, uint flags, uint level, vec2 uv) {
 
 // Where a texture is looked up.
 vec2 placed(uint index, vec2 uv) {
-    return uv * texture_scale(index) + texture_offset(index);
+    return texture_matrix(index) * uv + texture_offset(index);
 }
 
 // Trilinear look-up; the gradients are those of uv from one pixel to the next. Magnified: level 0.
 vec3 texture_filtered(uint index, vec2 uv, vec2 d_dx, vec2 d_dy) {
     ivec2 extent = texture_extent(index);
     uint flags = texture_flags(index);
-    vec2 per_uv = vec2(extent) * texture_scale(index);
-    float texels = max(length(d_dx * per_uv), length(d_dy * per_uv));
+    mat2 matrix = texture_matrix(index);
+    vec2 size = vec2(extent);
+    float texels = max(length(matrix * d_dx * size), length(matrix * d_dy * size));
     float last = float(texture_levels(index) - 1u);
     float lod = texels > 1.0 ? min(log2(texels), last) : 0.0; // not a number counts as magnified
     uint level = uint(lod);

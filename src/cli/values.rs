@@ -153,7 +153,7 @@ pub fn priority() -> impl TypedValueParser<Value = Priority> {
 /// A scene with its reference.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AblatedScene {
-    /// Scene file (.toml) or bare .obj.
+    /// Scene file (.toml) or bare .obj, .gltf or .glb.
     pub path: PathBuf,
     /// What errors are measured against.
     pub reference: PathBuf,
@@ -177,7 +177,7 @@ pub fn ablated_scene(text: &str) -> Result<AblatedScene, String> {
 /// A scene, with its reference if there is one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClockedScene {
-    /// Scene file (.toml) or bare .obj.
+    /// Scene file (.toml) or bare .obj, .gltf or .glb.
     pub path: PathBuf,
     /// What errors are measured against.
     pub reference: Option<PathBuf>,
@@ -199,7 +199,8 @@ pub fn clocked_scene(text: &str) -> Result<ClockedScene, String> {
     if let Ok(AblatedScene { path, reference, camera }) = ablated_scene(text) {
         return Ok(ClockedScene { path, reference: Some(reference), camera });
     }
-    let is_scene = |text: &str| ["toml", "obj"].iter().any(|extension| has_extension(Path::new(text), extension));
+    let is_scene =
+        |text: &str| ["toml", "obj", "gltf", "glb"].iter().any(|extension| has_extension(Path::new(text), extension));
     let (path, camera) = match text.rsplit_once('@') {
         Some((path, camera)) if is_scene(path) => (path, Some(camera.to_owned())),
         _ => (text, None),
@@ -207,7 +208,7 @@ pub fn clocked_scene(text: &str) -> Result<ClockedScene, String> {
     if is_scene(path) {
         return Ok(ClockedScene { path: path.into(), reference: None, camera });
     }
-    Err("expected SCENE, SCENE@CAMERA, SCENE=REF.exr or SCENE=REF.exr@CAMERA, SCENE being a .toml or .obj, as in \
+    Err("expected SCENE, SCENE@CAMERA, SCENE=REF.exr or SCENE=REF.exr@CAMERA, SCENE being a .toml, .obj, .gltf or .glb, as in \
         box.toml=box.exr@left"
         .to_owned())
 }

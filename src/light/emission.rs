@@ -156,8 +156,8 @@ fn mean_over(scene: &Scene, id: TriangleId, corners: [DVec2; 3], n: usize) -> Ve
 fn texels_across(scene: &Scene, id: TriangleId) -> usize {
     let Some(map) = &scene.material(id).map_ke else { return 1 };
     let [width, height] = scene.texture(map).extents()[0];
-    let size = Vec2::new(width as f32, height as f32) * map.scale;
-    let [a, b, c] = scene.uvs[id.0 as usize].map(|uv| uv * size);
+    let size = Vec2::new(width as f32, height as f32);
+    let [a, b, c] = scene.uvs[id.0 as usize].map(|uv| map.place(uv) * size);
     let longest = (b - a).length().max((c - b).length()).max((a - c).length());
     (2.0 * longest).clamp(8.0, 1024.0) as usize
 }

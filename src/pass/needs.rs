@@ -71,7 +71,7 @@ impl Needs {
                 .lights
                 .iter()
                 .any(|light| matches!(light.kind, LightKind::Environment(_) | LightKind::Sun { .. })),
-            clamped_textures: maps.any(|map| map.wrap == Wrap::Clamp),
+            clamped_textures: maps.any(|map| map.wrap != [Wrap::Repeat; 2]),
             metallic_roughness: any(Material::is_metallic_roughness),
             normal_maps: any(|material| material.map_normal.is_some()),
             linear_textures: scene.textures.iter().any(|texture| texture.encoding() == Encoding::Linear),

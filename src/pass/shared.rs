@@ -135,12 +135,13 @@ pub(super) struct GpuTexture {
     pub levels: u32,
     /// See [`super::texture_maps`].
     pub flags: u32,
-    pub scale: [f32; 2],
+    /// Column by column.
+    pub matrix: [f32; 4],
     pub offset: [f32; 2],
     /// Index of each level's first texel.
     pub first: [u32; MAX_LEVELS],
     /// To whole texels.
-    pub padding: u32,
+    pub padding: [u32; 3],
 }
 
 /// A vertex slot.
@@ -200,7 +201,7 @@ host_matches_shader!(GpuMaterial, material, {
     roughness: ROUGHNESS, map_roughness: MAP_ROUGHNESS, map_normal: MAP_NORMAL, normal_scale: NORMAL_SCALE,
 });
 host_matches_shader!(GpuTexture, texture, {
-    extent: EXTENT, levels: LEVELS, flags: FLAGS, scale: SCALE, offset: OFFSET, first: FIRST,
+    extent: EXTENT, levels: LEVELS, flags: FLAGS, matrix: MATRIX, offset: OFFSET, first: FIRST,
 });
 host_matches_shader!(GpuSlot, slot, { position: POSITION, weight: WEIGHT, diffuse: DIFFUSE, specular: SPECULAR });
 host_matches_shader!(GpuLookupNode, lookup_node, { child: CHILD, stamp: STAMP, codes: CODES, drawn_triangles: DRAWN_TRIANGLES });

@@ -93,7 +93,7 @@ fn header(map: &TextureMap, texture: &Texture, start: u64) -> GpuTexture {
         *first = next;
         next += w * h;
     }
-    let clamps = if map.wrap == Wrap::Clamp { CLAMPS } else { 0 };
+    let wraps = wrap_flags(map.wrap[0]) | wrap_flags(map.wrap[1]) << 1;
     let encoding = match texture.encoding() {
         Encoding::Srgb => 0,
         Encoding::SharedExponent => SHARED_EXPONENT,
@@ -102,15 +102,25 @@ fn header(map: &TextureMap, texture: &Texture, start: u64) -> GpuTexture {
     GpuTexture {
         extent: extents[0],
         levels: extents.len() as u32,
-        flags: clamps | encoding,
-        scale: map.scale.to_array(),
+        flags: wraps | encoding,
+        matrix: map.matrix.to_cols_array(),
         offset: map.offset.to_array(),
         first,
-        padding: 0,
+        padding: [0; 3],
     }
 }
 
-/// Flags of `glsl/include/texture.glsl`.
-const CLAMPS: u32 = 1;
+/// Flags along u; those along v are the next bit.
+const fn wrap_flags(wrap: Wrap) -> u32 {
+    match wrap {
+        Wrap::Repeat => 0,
+        Wrap::Clamp => HELD,
+        Wrap::Mirror => HELD | MIRRORED,
+    }
+}
+
+/// Flags of `glsl/include/frame.glsl`.
+const HELD: u32 = 8;
+const MIRRORED: u32 = 32;
 const SHARED_EXPONENT: u32 = 2;
 const LINEAR: u32 = 4;

@@ -252,7 +252,7 @@ impl<'a> Tracer<'a> {
     /// before leaves it.
     fn emitted(&self, from: &Path, bounce: &Bounce, hit: &Hit, offset: Vec3) -> Vec3 {
         let scene = self.context.scene;
-        if !scene.face_emits(hit.face()) {
+        if !scene.face_lights(hit.face()) {
             return Vec3::ZERO;
         }
         let light = self.context.lights.of_triangle(hit.triangle);

@@ -8,8 +8,11 @@ use rustc_hash::FxHashMap;
 /// The area lights of a scene, ordered by their first triangle. Triangles are connected when they share a welded
 /// position and their material. Named after the material, numbered from 1 where it has several.
 pub(super) fn find(scene: &Scene) -> Vec<Light> {
-    let emissive: Vec<u32> =
-        (0..scene.triangles.len() as u32).filter(|&t| scene.material(TriangleId(t)).is_emissive()).collect();
+    let lights = |&t: &u32| {
+        let material = scene.material(TriangleId(t));
+        material.is_emissive() && !material.unlit
+    };
+    let emissive: Vec<u32> = (0..scene.triangles.len() as u32).filter(lights).collect();
     let mut union = Union::new(emissive.len());
     let mut first_at: FxHashMap<(u32, u32), u32> = FxHashMap::default();
     for (k, &t) in emissive.iter().enumerate() {
@@ -54,11 +57,12 @@ mod tests {
     #[test]
     fn components_are_split_by_material_and_connection() {
         let lamp = |name: &str, ke: f32| Material { ke: Vec3::splat(ke), ..Material::grey(name) };
+        let sign = Material { unlit: true, ..lamp("sign", 1.0) };
         let scene = Scene {
-            // A strip of two, a lone one touching nothing, a dark one, one of another material touching the strip.
-            triangles: vec![[0, 1, 2], [5, 6, 7], [2, 1, 3], [3, 4, 1], [2, 3, 8]],
-            triangle_materials: [0, 0, 0, 1, 2].map(MaterialId).to_vec(),
-            materials: vec![lamp("lamp", 1.0), lamp("wall", 0.0), lamp("other", 2.0)],
+            // A strip of two, a lone one touching nothing, a dark one, one of another material touching the strip, and one that lights nothing.
+            triangles: vec![[0, 1, 2], [5, 6, 7], [2, 1, 3], [3, 4, 1], [2, 3, 8], [8, 9, 10]],
+            triangle_materials: [0, 0, 0, 1, 2, 3].map(MaterialId).to_vec(),
+            materials: vec![lamp("lamp", 1.0), lamp("wall", 0.0), lamp("other", 2.0), sign],
             ..Scene::default()
         };
         let found: Vec<(String, Vec<u32>)> = find(&scene)

@@ -173,7 +173,7 @@ impl Environment {
         let margin = (0.5 / (height * (-level).exp2()).floor().max(1.0)).min(0.5);
         let uv = Vec2::new(u, 1.0 - down.clamp(margin, 1.0 - margin));
         let width = Vec2::new(0.0, angle * FRAC_1_PI);
-        self.picture.shown.sample_filtered(uv, width, width, Wrap::Repeat)
+        self.picture.shown.sample_filtered(uv, width, width, [Wrap::Repeat; 2])
     }
 
     /// Mean luminance over all directions, W·sr⁻¹·m⁻².

@@ -4,6 +4,8 @@ use std::path::Path;
 
 /// Largest OBJ or MTL file that is read, bytes.
 const MAX_FILE: u64 = 2 << 30;
+/// Largest binary file that is read, bytes.
+const MAX_BINARY: u64 = 4 << 30;
 /// Largest scene file, bytes: its parsed form is many times larger.
 const MAX_SCENE_FILE: u64 = 16 << 20;
 /// So much of a file is searched for NUL bytes, which no text has.
@@ -16,6 +18,8 @@ pub(super) enum Kind {
     SceneFile,
     /// A bare OBJ.
     Obj,
+    /// A bare glTF, as text or binary.
+    Gltf,
 }
 
 /// The kind of `path` by its name, or why it is no scene.
@@ -24,12 +28,17 @@ pub(super) fn kind(path: &Path) -> Result<Kind, String> {
     match extension.as_str() {
         "toml" => Ok(Kind::SceneFile),
         "obj" => Ok(Kind::Obj),
-        "gltf" | "glb" => Err(GLTF.into()),
-        _ => Err("is neither a scene file (.toml) nor an OBJ (.obj): give one of these".into()),
+        "gltf" | "glb" => Ok(Kind::Gltf),
+        _ => Err("is neither a scene file (.toml) nor an OBJ (.obj) nor glTF (.gltf, .glb): give one of these".into()),
     }
 }
 
-const GLTF: &str = "glTF is not supported yet: export the scene as OBJ (in Blender: File > Export > Wavefront)";
+const GLTF: &str = "is a binary glTF file: name it .glb";
+
+/// Reads a file of any bytes whole, or says why not; as [`read_text`].
+pub(super) fn read_binary(path: &Path) -> Result<Vec<u8>, String> {
+    whole(path, MAX_BINARY)
+}
 
 /// Reads an OBJ or MTL file whole, or says why not. Never reads devices, pipes or files beyond 2 GiB.
 pub(super) fn read_text(path: &Path) -> Result<Vec<u8>, String> {
@@ -42,6 +51,11 @@ pub(super) fn read_scene_file(path: &Path) -> Result<Vec<u8>, String> {
 }
 
 fn read_up_to(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+    let bytes = whole(path, limit)?;
+    refuse(&bytes).map_or(Ok(bytes), |why| Err(why.into()))
+}
+
+fn whole(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
     let data = std::fs::metadata(path).map_err(|e| format!("cannot be read: {e}"))?;
     if data.is_dir() {
         return Err("is a directory: name a file in it".into());
@@ -52,8 +66,7 @@ fn read_up_to(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
     if data.len() > limit {
         return Err(format!("is larger than {} MiB: split it into several files", limit >> 20));
     }
-    let bytes = std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))?;
-    refuse(&bytes).map_or(Ok(bytes), |why| Err(why.into()))
+    std::fs::read(path).map_err(|e| format!("cannot be read: {e}"))
 }
 
 fn refuse(bytes: &[u8]) -> Option<&'static str> {

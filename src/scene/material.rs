@@ -1,29 +1,29 @@
 //! Materials: the part of MTL that the reflection model uses.
 
 use super::texture::{TextureId, Wrap};
-use glam::{Vec2, Vec3};
+use glam::{Mat2, Vec2, Vec3};
 
 /// Index into [`super::Scene::materials`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MaterialId(pub u32);
 
-/// A texture as a material looks it up: at uv · scale + offset.
+/// A texture as a material looks it up: at matrix · uv + offset.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TextureMap {
     /// The texture.
     pub texture: TextureId,
-    /// How often it repeats over a unit of u and v (`-s`).
-    pub scale: Vec2,
-    /// What is added to the scaled coordinates (`-o`).
+    /// How often it repeats over a unit of u and v (`-s`), and how it is turned (`KHR_texture_transform`).
+    pub matrix: Mat2,
+    /// What is added then (`-o`).
     pub offset: Vec2,
-    /// What shows outside of [0, 1] (`-clamp`).
-    pub wrap: Wrap,
+    /// What shows outside of [0, 1], along u and along v (`-clamp`).
+    pub wrap: [Wrap; 2],
 }
 
 impl From<TextureId> for TextureMap {
     /// The texture by the coordinates as they are, repeated.
     fn from(texture: TextureId) -> Self {
-        Self { texture, scale: Vec2::ONE, offset: Vec2::ZERO, wrap: Wrap::Repeat }
+        Self { texture, matrix: Mat2::IDENTITY, offset: Vec2::ZERO, wrap: [Wrap::Repeat; 2] }
     }
 }
 
@@ -32,7 +32,7 @@ impl TextureMap {
     #[must_use]
     #[inline]
     pub fn place(&self, uv: Vec2) -> Vec2 {
-        uv * self.scale + self.offset
+        self.matrix * uv + self.offset
     }
 }
 

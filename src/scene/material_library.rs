@@ -3,9 +3,9 @@
 use super::find_file::Finder;
 use super::material::Material;
 use super::mtl::{self, MtlMaterial};
-use super::obj::SKIP;
 use super::obj_text::Named;
 use super::report::Report;
+use super::soup::SKIP;
 use super::{input, materials, text, transparency};
 use glam::Vec3;
 use std::collections::{HashMap, HashSet};

@@ -4,8 +4,8 @@ use super::map_statement::MapStatement;
 use super::material::{Material, MetallicRoughness, Model, NormalMap, Phong, TextureMap};
 use super::mtl::{MAPS, Map, MtlMaterial};
 use super::report::Report;
-use super::texel_source::Role;
-use super::textures::Request;
+use super::texel_source::{Recipe, Role};
+use super::textures::{ImageAt, Placing, Request};
 use glam::Vec3;
 
 /// Reflectance of a material that names none.
@@ -24,7 +24,7 @@ pub(super) fn has_no_colour(m: &MtlMaterial) -> bool {
 
 /// The textures that a material asks for, with the map that each is for. A colour map brings its own mask where the material
 /// names none.
-pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> {
+pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request<'static>)> {
     let mask = if m.maps[Map::D as usize].is_some() { (Map::D, Role::Mask) } else { (Map::Kd, Role::CutOut) };
     let data = |map: Map| (map, (map, Role::Data));
     let [roughness, metallic, normal] = [Map::Roughness, Map::Metallic, Map::Normal].map(data);
@@ -32,7 +32,8 @@ pub(super) fn requests(m: &MtlMaterial) -> impl Iterator<Item = (Map, Request)> 
     let roles = colours.into_iter().chain([(Map::D, mask), roughness, metallic, normal]);
     roles.filter_map(|(map, (from, role))| {
         let MapStatement { names, line, options, .. } = statement(m, from)?.clone();
-        Some((map, Request { names, file: m.file.clone(), line, role, options }))
+        let (recipe, placing) = (Recipe::new(role, &options), Placing::from(&options));
+        Some((map, Request { image: ImageAt::Named(names), file: m.file.clone(), line: Some(line), recipe, placing }))
     })
 }
 
@@ -203,7 +204,7 @@ impl About<'_> {
 }
 
 /// Scales both reflectances where they reflect more than arrives.
-fn bound(kd: Vec3, ks: Vec3) -> (Vec3, Vec3) {
+pub(super) fn bound(kd: Vec3, ks: Vec3) -> (Vec3, Vec3) {
     let scale = (kd + ks).max(Vec3::ONE).recip();
     // Down by a rounding error, so that the bound holds in f32 whatever the order of the sum.
     let scale = Vec3::select(scale.cmplt(Vec3::ONE), scale * (1.0 - f32::EPSILON), scale);

@@ -8,6 +8,7 @@ pub mod camera_path;
 mod commas;
 pub mod coplanar;
 mod coplanar_search;
+mod dark_emission;
 mod emitters;
 pub mod environment;
 mod environment_file;
@@ -16,12 +17,14 @@ mod find_file;
 pub mod footprint;
 pub mod framing;
 pub mod geometry;
+mod gltf;
 pub mod horizon;
 mod ids;
 mod input;
 mod lamp_file;
 pub mod light;
 pub mod load;
+mod main_file;
 mod map_options;
 mod map_statement;
 pub mod material;
@@ -33,6 +36,7 @@ mod mtl;
 mod normal_maps;
 mod normals;
 mod obj;
+mod obj_files;
 mod obj_text;
 mod origin;
 mod overlap;
@@ -43,6 +47,8 @@ pub mod report;
 mod scene_file;
 mod sky_file;
 mod sky_model;
+mod soup;
+mod source;
 mod subject;
 mod texel;
 mod texel_source;
@@ -139,7 +145,7 @@ pub struct Scene {
     pub textures: Vec<Texture>,
     /// Which side of emissive triangles emits.
     pub emission_side: EmissionSide,
-    /// Lights: those of the scene file, then one area light a connected emissive component.
+    /// Lights: those of the scene file, those of glTF files, then one area light a connected emissive component.
     pub lights: Vec<Light>,
     /// Cameras; never empty after loading, the first is the default.
     pub cameras: Vec<NamedCamera>,
@@ -234,7 +240,7 @@ impl Scene {
 
     fn filtered(&self, map: &TextureMap, triangle: TriangleId, [u, v]: [f32; 2], footprint: &Footprint) -> Vec3 {
         let [a, b, c] = self.uvs[triangle.0 as usize];
-        let gradient = |d: Vec2| ((b - a) * d.x + (c - a) * d.y) * map.scale;
+        let gradient = |d: Vec2| map.matrix * ((b - a) * d.x + (c - a) * d.y);
         let uv = map.place(self.uv_at(triangle, u, v));
         self.texture(map).sample_filtered(uv, gradient(footprint.d_dx), gradient(footprint.d_dy), map.wrap)
     }
@@ -250,6 +256,12 @@ impl Scene {
     pub fn face_emits(&self, face: FaceId) -> bool {
         let lit_side = !face.is_back() || self.emission_side == EmissionSide::Both;
         lit_side && self.material(face.triangle()).is_emissive()
+    }
+
+    /// Whether what the face emits lights others, too.
+    #[must_use]
+    pub fn face_lights(&self, face: FaceId) -> bool {
+        self.face_emits(face) && !self.material(face.triangle()).unlit
     }
 
     /// Emitted radiance L_e of a face at barycentrics (`u`, `v`), W·sr⁻¹·m⁻².

@@ -10,21 +10,24 @@ const SAMPLES: usize = 1 << 16;
 /// a millionth of the bulk.
 const FAR: f64 = 8.0;
 
-/// The point that becomes the origin: zero unless the scene lies far away. It is round, since people read it.
-pub(super) fn find(files: &[Vec<u8>]) -> DVec3 {
-    let samples: Vec<DVec3> = files.par_iter().flat_map_iter(|bytes| sample(bytes)).collect();
+/// The point that becomes the origin: zero unless the scene lies far away. It is round, since people read it. `others` are samples
+/// of the positions of files that are no OBJ.
+pub(super) fn find(files: &[Vec<u8>], others: &[DVec3]) -> DVec3 {
+    let mut samples: Vec<DVec3> = files.par_iter().flat_map_iter(|bytes| sample(bytes)).collect();
+    samples.extend_from_slice(others);
     choose(samples)
 }
 
 /// Whether all positions could be read in single precision and lie where it is fine enough, so that no other origin need be looked for.
-pub(super) fn is_here(files: &[Vec<Vec3>]) -> bool {
+pub(super) fn is_here(files: &[Vec<Vec3>], others: &[DVec3]) -> bool {
     let sample = |positions: &Vec<Vec3>| {
         let mut sample = Sample::default();
         positions.iter().for_each(|p| sample.offer(|| Some(p.as_dvec3())));
         sample.found
     };
     let readable = files.par_iter().all(|positions| positions.iter().all(|p| p.is_finite()));
-    let samples: Vec<DVec3> = files.par_iter().flat_map_iter(sample).collect();
+    let mut samples: Vec<DVec3> = files.par_iter().flat_map_iter(sample).collect();
+    samples.extend_from_slice(others);
     // So small and far that single precision makes one point of it.
     let is_point = samples.len() > 1 && samples.iter().all(|p| *p == samples[0] && *p != DVec3::ZERO);
     readable && !is_point && choose(samples) == DVec3::ZERO
@@ -47,8 +50,9 @@ fn choose(mut samples: Vec<DVec3>) -> DVec3 {
 }
 
 /// Some of many positions, spread evenly over them.
-struct Sample {
-    found: Vec<DVec3>,
+pub(super) struct Sample {
+    /// Those that were taken.
+    pub found: Vec<DVec3>,
     /// Every so many are taken.
     stride: usize,
     count: usize,
@@ -62,7 +66,7 @@ impl Default for Sample {
 
 impl Sample {
     /// The next position, which is read only where it is taken.
-    fn offer(&mut self, position: impl FnOnce() -> Option<DVec3>) {
+    pub(super) fn offer(&mut self, position: impl FnOnce() -> Option<DVec3>) {
         self.count += 1;
         if self.count.is_multiple_of(self.stride) {
             self.found.extend(position().filter(|p| p.is_finite()));
@@ -118,9 +122,10 @@ mod tests {
         let near = single(house(DVec3::new(-2.0, 0.0, 5.0), 4.0));
         let far = single(house(DVec3::splat(1e6), 4.0));
         let unreadable = vec![Vec3::NAN; 3];
-        assert!(!is_here(&[single(house(DVec3::splat(1e8), 0.4))]));
-        assert!(is_here(std::slice::from_ref(&near)) && is_here(&[]));
-        assert!(!is_here(&[far]) && !is_here(&[near, unreadable]));
+        assert!(!is_here(&[single(house(DVec3::splat(1e8), 0.4))], &[]));
+        assert!(is_here(std::slice::from_ref(&near), &[]) && is_here(&[], &[]));
+        assert!(!is_here(&[far], &[]) && !is_here(&[near.clone(), unreadable], &[]));
+        assert!(!is_here(&[], &house(DVec3::splat(1e6), 4.0)) && is_here(&[near], &house(DVec3::ZERO, 4.0)));
     }
 
     #[test]

@@ -15,23 +15,47 @@ use std::path::{Path, PathBuf};
 /// Vertical field of view of a camera that gives none, degrees.
 const DEFAULT_FOV: f32 = 45.0;
 
-/// An OBJ file of a scene.
+/// A geometry file of a scene.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct ObjName {
+pub(super) struct GeometryName {
     /// Where it is.
     pub path: PathBuf,
-    /// The line of the scene file that names it; `None` for a bare OBJ.
+    /// The line of the scene file that names it; `None` for a bare file.
     pub line: Option<u32>,
+    /// Whether it is glTF, and no OBJ.
+    pub is_gltf: bool,
+}
+
+impl GeometryName {
+    /// Says why it cannot be read; `main` is the file that the scene is loaded by.
+    pub(super) fn refuse(&self, main: &Path, why: String, report: &mut Report) {
+        match self.line {
+            None => report.error(main, None, why),
+            line => report.error(main, line, format!("{}: {why}", self.path.display())),
+        }
+    }
+}
+
+/// In what the lights of glTF files are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum LightUnits {
+    /// Candela and lux, as the extension has it.
+    #[default]
+    Photometric,
+    /// W·sr⁻¹ and W·m⁻².
+    Radiometric,
 }
 
 /// What a scene file says.
 #[derive(Debug, Default)]
 pub(super) struct Description {
-    /// OBJ files.
-    pub objs: Vec<ObjName>,
+    /// OBJ and glTF files.
+    pub files: Vec<GeometryName>,
     /// Which side of emissive triangles emits.
     pub emission_side: EmissionSide,
-    /// Smoothing of OBJs without normals, degrees.
+    /// In what the lights of glTF files are.
+    pub light_units: LightUnits,
+    /// Smoothing of files without normals, degrees.
     pub smooth_angle: Option<f32>,
     /// Cameras in order.
     pub cameras: Vec<NamedCamera>,
@@ -57,7 +81,7 @@ pub(super) fn read(file: &Path, text: &str, origin: DVec3) -> (Description, Repo
     let directory = file.parent().unwrap_or(Path::new(""));
     let geometry = table.tables("geometry", "[geometry]", |t| read_geometry(t, directory, &mut out));
     if geometry.is_empty() {
-        table.error(1, "the scene has no geometry: add [geometry] with obj = [\"file.obj\"]");
+        table.error(1, "the scene has no geometry: add [geometry] with obj = [\"file.obj\"] or gltf = [\"file.glb\"]");
     }
     let cameras = table.tables("camera", "[[camera]]", read_camera);
     let lights = table.tables("light", "[[light]]", |t| read_light(t, directory));
@@ -84,16 +108,23 @@ pub(super) fn read(file: &Path, text: &str, origin: DVec3) -> (Description, Repo
 }
 
 fn read_geometry(t: &mut Table, directory: &Path, out: &mut Description) {
-    match t.strings("obj") {
-        Some(objs) if objs.is_empty() => t.error(t.line, "obj is empty: name at least one OBJ file"),
-        Some(objs) => {
-            let file = |at: At<String>| ObjName { path: directory.join(at.value), line: Some(at.line) };
-            out.objs.extend(objs.into_iter().map(file));
+    let mut named = false;
+    for (key, is_gltf) in [("obj", false), ("gltf", true)] {
+        let Some(files) = t.strings(key) else { continue };
+        if files.is_empty() {
+            t.error(t.line, format!("{key} is empty: name at least one file, or leave it out"));
         }
-        None => t.error(t.line, "[geometry] lacks obj"),
+        let file = |at: At<String>| GeometryName { path: directory.join(at.value), line: Some(at.line), is_gltf };
+        out.files.extend(files.into_iter().map(file));
+        named = true;
+    }
+    if !named {
+        t.error(t.line, "[geometry] lacks obj and gltf: name at least one file by one of them");
     }
     let sides = [("front", EmissionSide::Front), ("both", EmissionSide::Both)];
     out.emission_side = t.choice("emit", &sides).map_or(EmissionSide::Front, |at| at.value);
+    let units = [("photometric", LightUnits::Photometric), ("radiometric", LightUnits::Radiometric)];
+    out.light_units = t.choice("light_units", &units).map_or(LightUnits::Photometric, |at| at.value);
     let angle = t.number_in("smooth_angle", "degrees from 0 to 180", |a| (0.0..=180.0).contains(&a));
     out.smooth_angle = angle.map(|at| at.value);
 }

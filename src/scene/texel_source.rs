@@ -19,6 +19,8 @@ pub(super) enum Role {
     Mask,
     /// Numbers, not a colour: RGB from 0 to 1, linear.
     Data,
+    /// A mask: alpha, where some of it lies below the threshold of cut-outs.
+    Cut,
     /// The mask of a material that names none: alpha, where that is on both sides of the threshold of cut-outs.
     CutOut,
 }
@@ -37,6 +39,7 @@ impl Recipe {
         let levels = Levels { base: options.base, gain: options.gain };
         match role {
             Role::Colour | Role::Emission | Role::Data => Self { role, channel: None, levels },
+            Role::Cut => Self { role, channel: None, levels },
             Role::Mask => Self { role, channel: options.channel.filter(|&c| c != Channel::Z), levels },
             // The options are those of the colour.
             Role::CutOut => Self { role, channel: None, levels: Levels::AS_THEY_ARE },
@@ -55,6 +58,10 @@ impl Recipe {
                 let says_something = || alpha_range(image).is_some_and(|[low, high]| low != high);
                 let usual = || if says_something() { Channel::M } else { Channel::L };
                 Some(Content::Scalar(self.channel.unwrap_or_else(usual), self.levels))
+            }
+            Role::Cut => {
+                let content = Content::Scalar(Channel::M, self.levels);
+                alpha_range(image).filter(|range| self.levels.code(range[0]) < OPAQUE).map(|_| content)
             }
             Role::CutOut => {
                 let [low, high] = alpha_range(image)?;
@@ -80,6 +87,12 @@ impl Levels {
 
     fn of(self, colour: Vec3) -> Vec3 {
         colour * self.gain + self.base
+    }
+
+    /// What a code of a mask becomes.
+    fn code(self, code: u8) -> u8 {
+        let value = self.of(Vec3::splat(f32::from(code) / 255.0)).x;
+        (value.clamp(0.0, 1.0) * 255.0).round() as u8
     }
 }
 
@@ -141,10 +154,9 @@ fn texels(image: &DynamicImage, content: Content, room: usize) -> Vec<[u8; 4]> {
         }
         Content::Bright(levels) if is_float(image) => from_floats(image, room, |c| shared_exponent(levels.of(c))),
         Content::Bright(levels) => from_bytes(image, room, |t| shared_exponent(levels.of(of_srgb(t, &SRGB)))),
-        Content::Scalar(channel, levels) => from_bytes(image, room, |texel| {
-            let value = levels.of(Vec3::splat(f32::from(scalar(texel, channel)) / 255.0)).x;
-            [255, 255, 255, (value.clamp(0.0, 1.0) * 255.0).round() as u8]
-        }),
+        Content::Scalar(channel, levels) => {
+            from_bytes(image, room, |texel| [255, 255, 255, levels.code(scalar(texel, channel))])
+        }
     }
 }
 

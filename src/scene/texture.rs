@@ -22,6 +22,8 @@ pub enum Wrap {
     Repeat,
     /// The texels of its edge.
     Clamp,
+    /// The image again, every other time turned over.
+    Mirror,
 }
 
 /// A decoded image with its mip chain, four bytes a texel, row 0 at the top.
@@ -97,7 +99,7 @@ impl Texture {
     /// Trilinear look-up of linear RGB, by the formulas of `glsl/include/texture.glsl`; `uv` in OBJ convention (v up).
     /// The gradients are those of `uv` across the footprint, in x and in y; one below a texel, or none, is level 0.
     #[must_use]
-    pub fn sample_filtered(&self, uv: Vec2, d_dx: Vec2, d_dy: Vec2, wrap: Wrap) -> Vec3 {
+    pub fn sample_filtered(&self, uv: Vec2, d_dx: Vec2, d_dy: Vec2, wrap: [Wrap; 2]) -> Vec3 {
         let [width, height] = self.extents[0];
         let size = Vec2::new(width as f32, height as f32);
         let extent = (d_dx * size).length().max((d_dy * size).length());
@@ -109,7 +111,7 @@ impl Texture {
         if share > 0.0 { fine.lerp(self.sample_level(level + 1, uv, wrap), share) } else { fine }
     }
 
-    fn sample_level(&self, level: usize, uv: Vec2, wrap: Wrap) -> Vec3 {
+    fn sample_level(&self, level: usize, uv: Vec2, wrap: [Wrap; 2]) -> Vec3 {
         let first = mipmap::chain_length(&self.extents[..level]);
         let (texels, extent) = (&self.texels[first..], self.extents[level]);
         match self.encoding {
@@ -141,13 +143,13 @@ impl Texture {
 
     /// Linear RGB at `uv`, bilinear at level 0.
     #[must_use]
-    pub fn rgb(&self, uv: Vec2, wrap: Wrap) -> Vec3 {
+    pub fn rgb(&self, uv: Vec2, wrap: [Wrap; 2]) -> Vec3 {
         self.sample_level(0, uv, wrap)
     }
 
     /// Mask value at `uv`, bilinear at level 0.
     #[must_use]
-    pub fn alpha(&self, uv: Vec2, wrap: Wrap) -> f32 {
+    pub fn alpha(&self, uv: Vec2, wrap: [Wrap; 2]) -> f32 {
         bilinear(&self.texels, self.extents[0], uv, wrap, |texel| Vec3::splat(mask(texel))).x
     }
 }
@@ -180,18 +182,35 @@ fn floor(c: f32) -> f32 {
     if truncated > c { truncated - 1.0 } else { truncated }
 }
 
+/// A coordinate where the image, so many texels wide, is looked up where it does not repeat.
+fn held(c: f32, size: f32, wrap: Wrap) -> f32 {
+    let c = match wrap {
+        Wrap::Repeat => return c,
+        Wrap::Clamp => c,
+        Wrap::Mirror => {
+            let half = c * 0.5;
+            1.0 - (2.0 * (half - floor(half)) - 1.0).abs()
+        }
+    };
+    // Between the middles of the outer texels nothing repeats.
+    c.max(0.5 / size).min(1.0 - 0.5 / size)
+}
+
 /// Bilinear look-up in one level, of what `texel` makes of a texel.
 #[inline]
 fn bilinear(
     texels: &[[u8; 4]],
     [width, height]: [u32; 2],
     uv: Vec2,
-    wrap: Wrap,
+    wrap: [Wrap; 2],
     texel: impl Fn([u8; 4]) -> Vec3,
 ) -> Vec3 {
     let size = Vec2::new(width as f32, height as f32);
-    // Between the middles of the outer texels nothing repeats.
-    let uv = if wrap == Wrap::Clamp { uv.max(0.5 / size).min(1.0 - 0.5 / size) } else { uv };
+    let uv = if wrap == [Wrap::Repeat; 2] {
+        uv
+    } else {
+        Vec2::new(held(uv.x, size.x, wrap[0]), held(uv.y, size.y, wrap[1]))
+    };
     // Non-finite coordinates are rejected by the loader; wrapping first keeps the integers small. The same as `rem_euclid(1.0)`, bit
     // for bit, without its division.
     let wrapped = |c: f32| c - floor(c);
@@ -213,6 +232,8 @@ fn bilinear(
 mod tests {
     use super::*;
 
+    const REPEAT: [Wrap; 2] = [Wrap::Repeat; 2];
+
     /// One texel in four is white.
     fn dots() -> Texture {
         let texel = |i: usize| if [i, i / 8].iter().all(|k| k.is_multiple_of(2)) { [255; 4] } else { [0, 0, 0, 255] };
@@ -224,8 +245,8 @@ mod tests {
         let texture = dots();
         for uv in [Vec2::new(0.1, 0.3), Vec2::new(-2.7, 5.55)] {
             for gradient in [0.0, 0.05, 0.125, f32::NAN] {
-                let filtered = texture.sample_filtered(uv, Vec2::X * gradient, Vec2::Y * gradient, Wrap::Repeat);
-                assert_eq!(filtered, texture.rgb(uv, Wrap::Repeat), "{uv} {gradient}");
+                let filtered = texture.sample_filtered(uv, Vec2::X * gradient, Vec2::Y * gradient, REPEAT);
+                assert_eq!(filtered, texture.rgb(uv, REPEAT), "{uv} {gradient}");
             }
         }
     }
@@ -235,12 +256,12 @@ mod tests {
         let texture = dots();
         let uv = Vec2::new(1.0 / 16.0, 15.0 / 16.0);
         // The white texel at level 0, a quarter of white from level 1 on.
-        let quarter = texture.sample_filtered(uv, Vec2::X * 2.0 / 8.0, Vec2::ZERO, Wrap::Repeat).x;
+        let quarter = texture.sample_filtered(uv, Vec2::X * 2.0 / 8.0, Vec2::ZERO, REPEAT).x;
         assert!((quarter - 0.25).abs() < 3e-3, "{quarter}");
-        let half_way = texture.sample_filtered(uv, Vec2::Y * 2f32.sqrt() / 8.0, Vec2::X / 100.0, Wrap::Repeat).x;
+        let half_way = texture.sample_filtered(uv, Vec2::Y * 2f32.sqrt() / 8.0, Vec2::X / 100.0, REPEAT).x;
         assert!((half_way - (1.0 + quarter) / 2.0).abs() < 1e-5, "{half_way}");
         for beyond in [1e3, f32::INFINITY] {
-            assert!((texture.sample_filtered(uv, Vec2::splat(beyond), Vec2::ZERO, Wrap::Repeat).x - 0.25).abs() < 3e-3);
+            assert!((texture.sample_filtered(uv, Vec2::splat(beyond), Vec2::ZERO, REPEAT).x - 0.25).abs() < 3e-3);
         }
     }
 
@@ -250,13 +271,17 @@ mod tests {
         let texture = Texture::new("row".to_owned(), [4, 1], (0..4).map(texel).collect());
         for v in [-3.0, 0.5, 7.0] {
             for u in [-0.2, -9.0, 0.0, 0.125] {
-                assert_eq!(texture.rgb(Vec2::new(u, v), Wrap::Clamp), Vec3::X, "{u}");
-                assert_eq!(texture.alpha(Vec2::new(u, v), Wrap::Clamp), 0.0, "{u}");
+                assert_eq!(texture.rgb(Vec2::new(u, v), [Wrap::Clamp; 2]), Vec3::X, "{u}");
+                assert_eq!(texture.alpha(Vec2::new(u, v), [Wrap::Clamp; 2]), 0.0, "{u}");
             }
             for u in [1.0, 0.875, 42.0] {
-                assert!((texture.rgb(Vec2::new(u, v), Wrap::Clamp) - Vec3::Z).length() < 1e-6, "{u}");
+                assert!((texture.rgb(Vec2::new(u, v), [Wrap::Clamp; 2]) - Vec3::Z).length() < 1e-6, "{u}");
             }
-            let repeated = [0.1, 1.1].map(|u| texture.rgb(Vec2::new(u, v), Wrap::Repeat));
+            for (u, same) in [(1.3, 0.7), (-0.2, 0.2), (2.6, 0.6), (-1.1, 0.9), (1.0, 0.95), (4.0, 0.0)] {
+                let [turned, plain] = [u, same].map(|u| texture.rgb(Vec2::new(u, v), [Wrap::Mirror, Wrap::Repeat]));
+                assert!((turned - plain).length() < 1e-5, "{u}");
+            }
+            let repeated = [0.1, 1.1].map(|u| texture.rgb(Vec2::new(u, v), REPEAT));
             assert!((repeated[0] - repeated[1]).length() < 1e-5);
         }
     }

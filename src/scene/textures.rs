@@ -6,12 +6,13 @@ use super::material::TextureMap;
 use super::memory;
 use super::mipmap;
 use super::report::Report;
-use super::texel_source::{self, Recipe, Role};
+use super::texel_source::{self, Recipe};
 use super::texture::{Texture, TextureId, Wrap};
-use glam::Vec2;
+use glam::{Mat2, Vec2};
 use image::{DynamicImage, ImageDecoder, ImageReader};
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
+use std::io::{BufRead, Cursor, Seek};
 use std::path::{Path, PathBuf};
 
 /// Largest width and height, texels.
@@ -21,30 +22,63 @@ const LARGE: u64 = 256 << 20;
 /// Most memory for an image where the system does not say how much there is, bytes.
 const UNKNOWN_MEMORY: u64 = 4 << 30;
 
-/// A texture that a material asks for.
+/// Where an image is.
 #[derive(Clone, Debug)]
-pub(super) struct Request {
-    /// Names that the file may have, in the order in which they are tried.
-    pub names: Vec<String>,
-    /// The MTL file.
-    pub file: PathBuf,
-    /// Line of the statement.
-    pub line: u32,
-    /// What it is for.
-    pub role: Role,
-    /// Options of the statement.
-    pub options: MapOptions,
+pub(super) enum ImageAt<'a> {
+    /// In a file, with the names that it may have, in the order in which they are tried.
+    Named(Vec<String>),
+    /// In the file that asks for it, as messages call it.
+    Within(String, &'a [u8]),
 }
 
-impl Request {
+/// How a texture is looked up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placing {
+    /// See [`TextureMap::matrix`].
+    pub matrix: Mat2,
+    /// See [`TextureMap::offset`].
+    pub offset: Vec2,
+    /// See [`TextureMap::wrap`].
+    pub wrap: [Wrap; 2],
+}
+
+impl From<&MapOptions> for Placing {
+    /// What the options of an MTL statement ask for.
+    fn from(options: &MapOptions) -> Self {
+        let wrap = if options.clamp { Wrap::Clamp } else { Wrap::Repeat };
+        let matrix = Mat2::from_diagonal(Vec2::from(options.scale));
+        Self { matrix, offset: Vec2::from(options.offset), wrap: [wrap; 2] }
+    }
+}
+
+/// A texture that a material asks for.
+#[derive(Clone, Debug)]
+pub(super) struct Request<'a> {
+    /// Where it is.
+    pub image: ImageAt<'a>,
+    /// The file that asks.
+    pub file: PathBuf,
+    /// Line of the statement.
+    pub line: Option<u32>,
+    /// What it is for.
+    pub recipe: Recipe,
+    /// How it is looked up.
+    pub placing: Placing,
+}
+
+impl Request<'_> {
     /// The name that messages say.
     fn name(&self) -> &str {
-        self.names.last().map_or("", String::as_str)
+        match &self.image {
+            ImageAt::Named(names) => names.last().map_or("", String::as_str),
+            ImageAt::Within(name, _) => name,
+        }
     }
 
     /// Where the file is, and what is to be said of one that stands in for it.
     fn find(&self, finder: &mut Finder) -> (Option<PathBuf>, Option<String>) {
-        match finder.texture(directory_of(&self.file), &self.names) {
+        let ImageAt::Named(names) = &self.image else { return (Some(self.file.clone()), None) };
+        match finder.texture(directory_of(&self.file), names) {
             Some(Found::Named(path)) => (Some(path), None),
             Some(Found::OtherFormat(path)) => {
                 let message = format!("texture: there is no file {:?}: {} is used", self.name(), path.display());
@@ -54,10 +88,19 @@ impl Request {
         }
     }
 
+    /// What tells images apart: the file, and which of those within it.
+    fn key(&self, path: Option<&Path>) -> (PathBuf, Option<String>) {
+        match &self.image {
+            ImageAt::Named(_) => {
+                (path.map_or_else(|| directory_of(&self.file).join(self.name()), Path::to_owned), None)
+            }
+            ImageAt::Within(name, _) => (self.file.clone(), Some(name.clone())),
+        }
+    }
+
     fn map(&self, texture: TextureId) -> TextureMap {
-        let MapOptions { scale, offset, clamp, .. } = self.options;
-        let wrap = if clamp { Wrap::Clamp } else { Wrap::Repeat };
-        TextureMap { texture, scale: Vec2::from(scale), offset: Vec2::from(offset), wrap }
+        let Placing { matrix, offset, wrap } = self.placing;
+        TextureMap { texture, matrix, offset, wrap }
     }
 }
 
@@ -68,7 +111,7 @@ fn directory_of(file: &Path) -> &Path {
 /// A file, and all that is asked of it.
 struct Job<'a> {
     path: Option<PathBuf>,
-    first: &'a Request,
+    first: &'a Request<'a>,
     recipes: Vec<Recipe>,
 }
 
@@ -77,7 +120,7 @@ type Decoded = (Vec<Texture>, Vec<Option<usize>>);
 
 /// Decodes all `requests`; the answer has the texture of each, or `None` where it is missing or broken (one warning each
 /// file), or where the file has nothing to say in that role.
-pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Texture>, Vec<Option<TextureMap>>) {
+pub(super) fn decode_all(requests: &[Request<'_>], report: &mut Report) -> (Vec<Texture>, Vec<Option<TextureMap>>) {
     let (jobs, places) = jobs(requests, report);
     let mut textures = Vec::new();
     let mut ids: Vec<Vec<Option<TextureId>>> = Vec::new();
@@ -90,33 +133,33 @@ pub(super) fn decode_all(requests: &[Request], report: &mut Report) -> (Vec<Text
             }
             Err(why) => {
                 let message = format!("texture: {why}: the constant is used");
-                report.warn(&job.first.file, Some(job.first.line), message);
+                report.warn(&job.first.file, job.first.line, message);
                 vec![None; job.recipes.len()]
             }
         });
     }
-    let answer = |(request, (job, recipe)): (&Request, (usize, usize))| Some(request.map(ids[job][recipe]?));
+    let answer = |(request, (job, recipe)): (&Request<'_>, (usize, usize))| Some(request.map(ids[job][recipe]?));
     let answers = requests.iter().zip(places).map(answer).collect();
     (textures, answers)
 }
 
 /// What is to be decoded, and for each request its job and the recipe there.
-fn jobs<'a>(requests: &'a [Request], report: &mut Report) -> (Vec<Job<'a>>, Vec<(usize, usize)>) {
+fn jobs<'a>(requests: &'a [Request<'a>], report: &mut Report) -> (Vec<Job<'a>>, Vec<(usize, usize)>) {
     let mut jobs: Vec<Job<'a>> = Vec::new();
-    let mut known: HashMap<PathBuf, usize> = HashMap::new();
+    let mut known: HashMap<(PathBuf, Option<String>), usize> = HashMap::new();
     let mut finder = Finder::default();
     let mut noted = HashSet::new();
-    let place = |request: &'a Request| {
+    let place = |request: &'a Request<'a>| {
         let (path, note) = request.find(&mut finder);
         if let Some(message) = note.filter(|message| noted.insert(message.clone())) {
-            report.warn(&request.file, Some(request.line), message);
+            report.warn(&request.file, request.line, message);
         }
-        let key = path.clone().unwrap_or_else(|| directory_of(&request.file).join(request.name()));
+        let key = request.key(path.as_deref());
         let index = *known.entry(key).or_insert_with(|| {
             jobs.push(Job { path, first: request, recipes: Vec::new() });
             jobs.len() - 1
         });
-        let (recipes, recipe) = (&mut jobs[index].recipes, Recipe::new(request.role, &request.options));
+        let (recipes, recipe) = (&mut jobs[index].recipes, request.recipe);
         let position = recipes.iter().position(|&known| known == recipe).unwrap_or_else(|| {
             recipes.push(recipe);
             recipes.len() - 1
@@ -157,11 +200,28 @@ impl Job<'_> {
     /// The textures; `None` where `may_take` declines the memory, bytes, that they need.
     fn decode(&self, may_take: &dyn Fn(u64) -> Result<bool, String>) -> Result<Option<Decoded>, String> {
         let Some(path) = &self.path else { return Err(format!("there is no file {:?}", self.first.name())) };
-        let say = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());
-        let file_size = std::fs::metadata(path).map_err(|e| say(&e))?.len();
-        // Opening may read the whole file.
-        enough_memory(file_size).map_err(|e| say(&e))?;
-        let reader = ImageReader::open(path).map_err(|e| say(&e))?;
+        match &self.first.image {
+            ImageAt::Named(_) => {
+                let say = |error: std::io::Error| format!("{}: {error}", path.display());
+                let file_size = std::fs::metadata(path).map_err(say)?.len();
+                // Opening may read the whole file.
+                enough_memory(file_size).map_err(|e| format!("{}: {e}", path.display()))?;
+                self.read(path, &path.display().to_string(), ImageReader::open(path).map_err(say)?, file_size, may_take)
+            }
+            ImageAt::Within(name, bytes) => self.read(path, name, ImageReader::new(Cursor::new(bytes)), 0, may_take),
+        }
+    }
+
+    /// The textures of the image `name`, which is in the file at `path`; `held` is what holding the file takes, bytes.
+    fn read<R: BufRead + Seek>(
+        &self,
+        path: &Path,
+        name: &str,
+        reader: ImageReader<R>,
+        held: u64,
+        may_take: &dyn Fn(u64) -> Result<bool, String>,
+    ) -> Result<Option<Decoded>, String> {
+        let say = |error: &dyn std::fmt::Display| format!("{name}: {error}");
         let mut reader = reader.with_guessed_format().map_err(|e| say(&e))?;
         // What it takes is asked below.
         reader.no_limits();
@@ -174,7 +234,7 @@ impl Job<'_> {
             return Err(say(&format!("{width} × {height} texels, and {MAX_SIDE} a side are the most")));
         }
         let chain = 4 * mipmap::chain_length(&mipmap::extents(width, height)) as u64;
-        let need = file_size + decoder.total_bytes() + 2 * chain * self.recipes.len() as u64;
+        let need = held + decoder.total_bytes() + 2 * chain * self.recipes.len() as u64;
         if !may_take(need).map_err(|why| say(&format!("{width} × {height} texels: {why}")))? {
             return Ok(None);
         }
@@ -187,9 +247,12 @@ impl Job<'_> {
 mod tests {
     use super::*;
     use crate::scene::map_options::Channel;
+    use crate::scene::texel_source::Role;
 
-    fn request(name: &str, role: Role, options: MapOptions) -> Request {
-        Request { names: vec![name.into()], file: "a.mtl".into(), line: 1, role, options }
+    fn request(name: &str, role: Role, options: MapOptions) -> Request<'static> {
+        let image = ImageAt::Named(vec![name.into()]);
+        let (recipe, placing) = (Recipe::new(role, &options), Placing::from(&options));
+        Request { image, file: "a.mtl".into(), line: Some(1), recipe, placing }
     }
 
     #[test]
@@ -198,7 +261,7 @@ mod tests {
         let path = directory.path().join("a.png");
         image::RgbImage::new(1024, 512).save(&path).expect("written");
         let request = request("a.png", Role::Colour, MapOptions::default());
-        let job = Job { path: Some(path), first: &request, recipes: vec![Recipe::new(Role::Colour, &request.options)] };
+        let job = Job { path: Some(path), first: &request, recipes: vec![request.recipe] };
         // 1.5 MiB of RGB, and twice 2 MiB with a third on top for the smaller levels.
         let refused = job.decode(&|need| fits(need, 6 << 20).map(|()| true));
         let Err(why) = refused else { panic!("accepted") };
@@ -230,8 +293,8 @@ mod tests {
         assert_eq!((textures.len(), maps[3], report.faults.len()), (2, None, 0));
         let plain = TextureMap::from(TextureId(0));
         assert_eq!(maps[0], Some(plain));
-        let expected =
-            TextureMap { scale: Vec2::new(4.0, 2.0), offset: Vec2::new(0.5, 0.25), wrap: Wrap::Clamp, ..plain };
+        let matrix = Mat2::from_diagonal(Vec2::new(4.0, 2.0));
+        let expected = TextureMap { matrix, offset: Vec2::new(0.5, 0.25), wrap: [Wrap::Clamp; 2], ..plain };
         assert_eq!(maps[1], Some(expected));
         assert_eq!(textures[1].texels()[0][3], 9, "the red channel");
     }

@@ -18,7 +18,7 @@ use std::f64::consts::{PI, TAU};
 fn area(scene: &Scene) -> AreaSource {
     match &Lights::new(scene).sources[0] {
         Source::Area(source) => source.clone(),
-        Source::Delta(kind) => panic!("{kind:?}"),
+        other => panic!("{other:?}"),
     }
 }
 

@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 fn area(scene: &Scene) -> AreaSource {
     match &Lights::new(scene).sources[0] {
         Source::Area(source) => source.clone(),
-        Source::Delta(kind) => panic!("{kind:?}"),
+        other => panic!("{other:?}"),
     }
 }
 

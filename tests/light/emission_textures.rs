@@ -36,7 +36,7 @@ fn textured() -> (Scene, Vec<TriangleId>) {
     let texel = |x: usize| if x < 64 { [160, 160, 160, 134] } else { [128, 128, 128, 128] };
     let texels = (0..128).map(texel).collect();
     scene.textures.push(Texture::encoded("halves".into(), [128, 1], texels, Encoding::SharedExponent));
-    let map = TextureMap { wrap: Wrap::Clamp, offset: Vec2::new(0.5, 0.0), ..TextureId(0).into() };
+    let map = TextureMap { wrap: [Wrap::Clamp; 2], offset: Vec2::new(0.5, 0.0), ..TextureId(0).into() };
     let bright = material(&mut scene, |m| (m.ke, m.map_ke) = (Vec3::ONE, Some(map)));
     let triangles = patch(&mut scene, Vec3::new(-0.5, 1.0, -0.5), Vec3::X, Vec3::Z, 1, bright);
     for t in &triangles {
@@ -111,7 +111,7 @@ fn bounds_and_power_count_the_brightest_texels() {
 fn exact(source: &penombre::light::source::Source, x: Vec3) -> f32 {
     match source {
         penombre::light::source::Source::Area(area) => area.closed_form(x).unwrap().irradiance(Vec3::Y).x,
-        penombre::light::source::Source::Delta(kind) => panic!("{kind:?}"),
+        other => panic!("{other:?}"),
     }
 }
 

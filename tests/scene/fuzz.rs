@@ -7,13 +7,13 @@ use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 use std::path::Path;
 
-fn runner(cases: u32) -> TestRunner {
+pub(super) fn runner(cases: u32) -> TestRunner {
     let config = Config { cases, failure_persistence: None, ..Config::default() };
     TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha))
 }
 
 /// Loads `name` in a directory with `files` and checks what comes out.
-fn try_load(files: &[(&str, &[u8])], name: &str) -> Result<(), TestCaseError> {
+pub(super) fn try_load(files: &[(&str, &[u8])], name: &str) -> Result<(), TestCaseError> {
     let directory = tempfile::tempdir().map_err(|e| TestCaseError::fail(e.to_string()))?;
     for (file, content) in files {
         std::fs::write(directory.path().join(file), content).map_err(|e| TestCaseError::fail(e.to_string()))?;

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use crate::support::device::*;
-use glam::{Vec2, Vec3};
+use glam::{Mat2, Vec2, Vec3};
 use penombre::geom::Ray;
 use penombre::geom::bvh::Bvh;
 use penombre::pass::{FrameOptions, Layers, Renderer, UpdateMode};
@@ -47,9 +47,18 @@ fn placings(texture: TextureId) -> [TextureMap; 4] {
     let plain = TextureMap::from(texture);
     [
         plain,
-        TextureMap { scale: Vec2::new(0.5, 1.5), offset: Vec2::new(-0.3, 0.2), ..plain },
-        TextureMap { scale: Vec2::splat(0.7), offset: Vec2::splat(-0.2), wrap: Wrap::Clamp, ..plain },
-        TextureMap { scale: Vec2::new(-1.0, 3.0), ..plain },
+        TextureMap {
+            matrix: Mat2::from_angle(0.7) * Mat2::from_diagonal(Vec2::new(0.5, 1.5)),
+            offset: Vec2::new(-0.3, 0.2),
+            ..plain
+        },
+        TextureMap {
+            matrix: Mat2::from_diagonal(Vec2::splat(0.7)),
+            offset: Vec2::splat(-0.2),
+            wrap: [Wrap::Clamp, Wrap::Mirror],
+            ..plain
+        },
+        TextureMap { matrix: Mat2::from_diagonal(Vec2::new(-1.0, 3.0)), wrap: [Wrap::Mirror, Wrap::Repeat], ..plain },
     ]
 }
 

@@ -23,6 +23,17 @@ const NAME: &str = "moonlit_library";
 /// # Errors
 /// If a texture cannot be encoded.
 pub fn files() -> image::ImageResult<Vec<File>> {
+    let (hall, small) = objs();
+    let mut files = meshes(&hall, &small);
+    files.extend(scene_files());
+    for picture in textures::all()? {
+        files.push(File { path: format!("{NAME}/textures/{}", picture.name), bytes: picture.png });
+    }
+    Ok(files)
+}
+
+/// The hall with all that stands in it, and the meshes of the small lights.
+pub fn objs() -> (Obj, Obj) {
     let mut hall = Obj::default();
     let mut rng = Rng::new(0x1B2A_2026);
     hall::build(&mut hall);
@@ -34,13 +45,12 @@ pub fn files() -> image::ImageResult<Vec<File>> {
     lamps::strong_meshes(&mut hall);
     let mut small = Obj::default();
     lamps::small_meshes(&mut small);
+    (hall, small)
+}
 
-    let mut files = meshes(&hall, &small);
-    files.extend(scene_files());
-    for picture in textures::all()? {
-        files.push(File { path: format!("{NAME}/textures/{}", picture.name), bytes: picture.png });
-    }
-    Ok(files)
+/// All lights that are no meshes.
+pub fn lights() -> Vec<Light> {
+    lamps::strong_lights().into_iter().chain(lamps::small_lights()).collect()
 }
 
 fn text(name: &str, content: String) -> File {
@@ -62,7 +72,7 @@ fn meshes(hall: &Obj, small: &Obj) -> Vec<File> {
 }
 
 fn scene_files() -> Vec<File> {
-    let all: Vec<Light> = lamps::strong_lights().into_iter().chain(lamps::small_lights()).collect();
+    let all = lights();
     let scene = |title, small, lights: &[Light]| {
         let obj = ["library.obj", small];
         SceneFile { title, obj: &obj, cameras: &cameras(), lights, exposure: 0.0 }.text()
@@ -76,7 +86,8 @@ fn scene_files() -> Vec<File> {
     ]
 }
 
-fn cameras() -> [Camera; 8] {
+/// The cameras, the default first.
+pub fn cameras() -> [Camera; 8] {
     let d = DVec3::new;
     [
         Camera("hall", d(-1.7, 2.4, 7.8), d(0.45, 3.3, -3.0), 64.0),

@@ -4,12 +4,15 @@ mod arch;
 mod books;
 mod cornell;
 mod furniture;
+pub mod glb;
 mod hall;
 mod lamps;
 mod library;
+mod library_glb;
 mod obj;
 mod paint;
 mod rng;
+pub mod samples;
 mod shapes;
 mod stairs;
 mod textures;
@@ -26,13 +29,22 @@ pub struct File {
     pub bytes: Vec<u8>,
 }
 
-/// Writes both scenes under `folder` and returns the files' paths, relative to it.
+/// The moonlit library as one binary glTF file: 7 MB, which is why it is made on demand.
+///
+/// # Errors
+/// If a texture cannot be encoded.
+pub fn library_glb() -> io::Result<Vec<u8>> {
+    library_glb::bytes().map_err(io::Error::other)
+}
+
+/// Writes both scenes and the samples under `folder` and returns the files' paths, relative to it.
 ///
 /// # Errors
 /// If a texture cannot be encoded or a file cannot be written.
 pub fn generate(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut files = cornell::files();
     files.extend(library::files().map_err(io::Error::other)?);
+    files.extend(samples::files().map_err(io::Error::other)?);
     for file in &files {
         let path = folder.join(&file.path);
         if let Some(parent) = path.parent() {

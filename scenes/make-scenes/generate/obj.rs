@@ -66,6 +66,26 @@ struct Group {
     faces: Vec<Vec<[usize; 3]>>,
 }
 
+/// Triangles of one material.
+pub struct Triangles {
+    /// The material.
+    pub paint: &'static Paint,
+    /// Metres.
+    pub positions: Vec<[f32; 3]>,
+    /// About unit.
+    pub normals: Vec<[f32; 3]>,
+    /// With v up.
+    pub uvs: Vec<[f32; 2]>,
+    /// Three a triangle.
+    pub indices: Vec<u32>,
+}
+
+impl Triangles {
+    const fn new(paint: &'static Paint) -> Self {
+        Self { paint, positions: Vec::new(), normals: Vec::new(), uvs: Vec::new(), indices: Vec::new() }
+    }
+}
+
 /// A mesh under construction; everything added passes through the current transform.
 #[derive(Default)]
 pub struct Obj {
@@ -138,6 +158,34 @@ impl Obj {
     /// The materials in use, in order of first use.
     pub fn paints(&self) -> impl Iterator<Item = &'static Paint> {
         self.groups.iter().map(|g| g.paint)
+    }
+
+    /// The triangles of each material, by vertices that have all of a corner.
+    #[must_use]
+    pub fn triangles(&self) -> Vec<Triangles> {
+        let point = |pool: &Pool, number: usize, steps: f64| pool.points[number - 1].map(|c| (c as f64 / steps) as f32);
+        let triangles = |group: &Group| {
+            let mut out = Triangles::new(group.paint);
+            let mut known: HashMap<[usize; 3], u32> = HashMap::new();
+            for face in &group.faces {
+                let numbers: Vec<u32> = face
+                    .iter()
+                    .map(|&corner| {
+                        *known.entry(corner).or_insert_with(|| {
+                            let [p, t, n] = corner;
+                            out.positions.push(point(&self.positions, p, POSITION_STEPS));
+                            out.normals.push(point(&self.normals, n, DETAIL_STEPS));
+                            let uv = if t > 0 { point(&self.uvs, t, DETAIL_STEPS) } else { [0.0; 3] };
+                            out.uvs.push([uv[0], uv[1]]);
+                            out.positions.len() as u32 - 1
+                        })
+                    })
+                    .collect();
+                out.indices.extend((1..numbers.len() - 1).flat_map(|k| [numbers[0], numbers[k], numbers[k + 1]]));
+            }
+            out
+        };
+        self.groups.iter().map(triangles).collect()
     }
 
     /// The text of the OBJ file.

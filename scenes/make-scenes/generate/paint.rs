@@ -68,7 +68,7 @@ impl Paint {
 }
 
 /// Three decimals at most.
-fn trim(value: f64) -> f64 {
+pub fn trim(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }
 

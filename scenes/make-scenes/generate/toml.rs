@@ -5,12 +5,30 @@ use std::fmt::Write;
 
 /// A light of the scene file.
 pub struct Light {
-    name: String,
-    body: String,
+    /// What it is called.
+    pub name: String,
+    /// What it is.
+    pub kind: Kind,
+}
+
+/// The kinds of light; intensities in W·sr⁻¹, half angles in degrees, irradiance in W·m⁻².
+#[derive(Clone, Copy)]
+pub enum Kind {
+    /// To all sides.
+    Point { position: DVec3, intensity: DVec3 },
+    /// In a cone, inner and outer half angle.
+    Spot { position: DVec3, direction: DVec3, intensity: DVec3, angles: [f64; 2] },
+    /// Parallel.
+    Directional { direction: DVec3, irradiance: DVec3 },
+}
+
+/// As scene files have it.
+fn rounded(v: DVec3) -> DVec3 {
+    DVec3::from(v.to_array().map(|c| (c * 1e4).round() / 1e4 + 0.0))
 }
 
 fn vector(v: DVec3) -> String {
-    let [x, y, z] = v.to_array().map(|c| (c * 1e4).round() / 1e4 + 0.0);
+    let [x, y, z] = rounded(v).to_array();
     format!("[{x}, {y}, {z}]")
 }
 
@@ -18,28 +36,44 @@ impl Light {
     /// Intensity in W·sr⁻¹.
     #[must_use]
     pub fn point(name: &str, position: DVec3, intensity: DVec3) -> Self {
-        let body = format!("kind = \"point\"\nposition = {}\nintensity = {}", vector(position), vector(intensity));
-        Self { name: name.to_owned(), body }
+        let kind = Kind::Point { position: rounded(position), intensity: rounded(intensity) };
+        Self { name: name.to_owned(), kind }
     }
 
     /// Intensity on the axis in W·sr⁻¹; inner and outer half angle in degrees.
     #[must_use]
-    pub fn spot(name: &str, position: DVec3, direction: DVec3, intensity: DVec3, [inner, outer]: [f64; 2]) -> Self {
-        let body = format!(
-            "kind = \"spot\"\nposition = {}\ndirection = {}\nintensity = {}\ninner_angle = {inner}\nouter_angle = {outer}",
-            vector(position),
-            vector(direction),
-            vector(intensity)
-        );
-        Self { name: name.to_owned(), body }
+    pub fn spot(name: &str, position: DVec3, direction: DVec3, intensity: DVec3, angles: [f64; 2]) -> Self {
+        let [position, direction, intensity] = [position, direction, intensity].map(rounded);
+        Self { name: name.to_owned(), kind: Kind::Spot { position, direction, intensity, angles } }
     }
 
     /// Irradiance on a perpendicular plane in W·m⁻².
     #[must_use]
     pub fn directional(name: &str, direction: DVec3, irradiance: DVec3) -> Self {
-        let body =
-            format!("kind = \"directional\"\ndirection = {}\nirradiance = {}", vector(direction), vector(irradiance));
-        Self { name: name.to_owned(), body }
+        let kind = Kind::Directional { direction: rounded(direction), irradiance: rounded(irradiance) };
+        Self { name: name.to_owned(), kind }
+    }
+
+    /// Its keys but the name.
+    fn body(&self) -> String {
+        match self.kind {
+            Kind::Point { position, intensity } => {
+                format!("kind = \"point\"\nposition = {}\nintensity = {}", vector(position), vector(intensity))
+            }
+            Kind::Spot { position, direction, intensity, angles: [inner, outer] } => format!(
+                "kind = \"spot\"\nposition = {}\ndirection = {}\nintensity = {}\ninner_angle = {inner}\nouter_angle = {outer}",
+                vector(position),
+                vector(direction),
+                vector(intensity)
+            ),
+            Kind::Directional { direction, irradiance } => {
+                format!(
+                    "kind = \"directional\"\ndirection = {}\nirradiance = {}",
+                    vector(direction),
+                    vector(irradiance)
+                )
+            }
+        }
     }
 }
 
@@ -78,7 +112,7 @@ impl SceneFile<'_> {
             );
         }
         for light in self.lights {
-            let _ = writeln!(out, "\n[[light]]\nname = \"{}\"\n{}", light.name, light.body);
+            let _ = writeln!(out, "\n[[light]]\nname = \"{}\"\n{}", light.name, light.body());
         }
         let _ = writeln!(out, "\n[display]\nexposure = {:?}\ntone_mapping = \"aces\"", self.exposure);
         out

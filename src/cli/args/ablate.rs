@@ -8,7 +8,7 @@ use clap::Args;
 /// Options of `bench ablate`.
 #[derive(Args, Debug)]
 pub struct AblateArgs {
-    /// Scenes (.toml, or bare .obj), each with what errors are measured against, in its size, as in `scene.toml=ref.exr`: an image
+    /// Scenes (.toml, or bare .obj, .gltf, .glb), each with what errors are measured against, in its size, as in `scene.toml=ref.exr`: an image
     /// of `reference --filter point`, whole or with --pixels; `@NAME` behind it names a camera of the scene [default: the first]
     #[arg(value_name = "SCENE=REF.exr[@CAMERA]", required = true, value_parser = values::ablated_scene)]
     pub scenes: Vec<AblatedScene>,

@@ -18,7 +18,7 @@ pub struct BenchArgs {
     /// Another measurement than that of speeds and hemispheres.
     #[command(subcommand)]
     pub study: Option<Study>,
-    /// Scene file (.toml) or bare .obj [default: scenes/cornell_box/cornell_box.toml]
+    /// Scene file (.toml) or bare .obj, .gltf or .glb [default: scenes/cornell_box/cornell_box.toml]
     #[arg(value_name = "SCENE")]
     pub scene: Option<PathBuf>,
     /// Camera of the scene file [default: the first]
@@ -49,7 +49,7 @@ pub enum Study {
 /// Options of `bench convergence`.
 #[derive(Args, Debug)]
 pub struct ConvergenceArgs {
-    /// Scene file (.toml) or bare .obj
+    /// Scene file (.toml) or bare .obj, .gltf or .glb
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Camera of the scene file [default: the first]

@@ -15,7 +15,7 @@ const SIZE: ImageSize = ImageSize { width: 512, height: 384 };
 /// Options of `bench clock`.
 #[derive(Args, Debug)]
 pub struct ClockArgs {
-    /// Scenes (.toml, or bare .obj); `=REF.exr` behind one is what its errors are measured against, in its size, as in
+    /// Scenes (.toml, or bare .obj, .gltf, .glb); `=REF.exr` behind one is what its errors are measured against, in its size, as in
     /// `scene.toml=ref.exr`: an image of `reference --filter point`, whole or with --pixels; `@NAME` behind that names a camera
     /// of the scene [default: the first]
     #[arg(value_name = "SCENE[=REF.exr][@CAMERA]", required = true, value_parser = values::clocked_scene)]

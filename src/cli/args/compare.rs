@@ -12,7 +12,7 @@ use std::path::PathBuf;
 /// Options of `compare`.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
-    /// Scene file (.toml) or bare .obj
+    /// Scene file (.toml) or bare .obj, .gltf or .glb
     #[arg(value_name = "SCENE")]
     pub scene: PathBuf,
     /// Folder that the report goes into; made if it is not there

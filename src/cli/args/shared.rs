@@ -21,7 +21,7 @@ pub(super) const MESSAGES: &str = "Messages";
 /// The scene and the view of it.
 #[derive(Args, Clone, Debug)]
 pub struct SceneArgs {
-    /// Scene file (.toml) or bare .obj
+    /// Scene file (.toml) or bare .obj, .gltf or .glb
     #[arg(value_name = "SCENE")]
     pub path: PathBuf,
     /// Camera of the scene file [default: the first]
