@@ -104,8 +104,8 @@ fn power(scene: &Scene, kind: &LightKind) -> f32 {
             mean(*intensity) * TAU * (1.0 - cos_outer) * cone / 1000.0
         }
         LightKind::Directional { direction, irradiance } => mean(*irradiance) * direction.x.abs() * 5.0 * 1.7 * 4.25,
-        _ => 0.0,
         LightKind::Area { triangles } => triangles.iter().map(|&t| mean(emitted_by(scene, t)) * PI).sum(),
+        _ => 0.0,
     }
 }
 
