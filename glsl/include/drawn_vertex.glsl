@@ -8,9 +8,9 @@ layout(location = 2) out vec3 weighted_specular;
 #endif
 
 #ifdef TURNED // by normal maps
-layout(location = 3) out vec3 weighted_light;
+layout(location = 3) out vec4 weighted_light; // a: how wide it is
 
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightVectors { vec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer LightVectors { vec4 at[]; };
 #endif
 
 void set_drawn_vertex() {

@@ -1,7 +1,6 @@
 // k_d and k_s of the metallic-roughness model as D and S count (src/bsdf, docs/method/reflection.md).
 
 const float DIELECTRIC = 0.04;
-const float LEAST_ROUGHNESS = 0.03;
 // bsdf::diffuse_out_table stands behind the sRGB codes, before the texels.
 const uint DIFFUSE_TABLE = 256u;
 const uint TABLE_SIZE = 32u;

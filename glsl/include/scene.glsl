@@ -18,6 +18,8 @@ layout(set = 0, binding = 13) uniform utextureBuffer slot_words;
 layout(set = 0, binding = 14) uniform utextureBuffer drawn_triangle_words;
 layout(set = 0, binding = 15) uniform utextureBuffer drawn_list_words;
 
+const float LEAST_ROUGHNESS = 0.03; // bsdf::LEAST_ROUGHNESS
+
 // Quads or words of each struct (src/pass/shared.rs).
 const uint TRIANGLE_QUADS = 3u;
 const uint MATERIAL_QUADS = 6u;

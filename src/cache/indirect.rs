@@ -11,7 +11,7 @@ use super::store::Cache;
 use crate::estimate::light_vector::LightVector;
 use crate::light::lighting::Lighting;
 use crate::math::luminance;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 use std::sync::Arc;
 
@@ -158,13 +158,17 @@ impl Cache {
         self.light_of(&self.indirect.sum(slot), slot, eye)
     }
 
-    /// Light vector of the indirect light at a slot by luminance over π, W·sr⁻¹·m⁻²: along the normal where nothing was gathered.
+    /// Light vector of the indirect light at a slot over π, and its fluence, by luminance, W·sr⁻¹·m⁻²: as of even light where nothing was
+    /// gathered.
     #[must_use]
-    pub fn indirect_vector(&self, slot: SlotId) -> Vec3 {
+    pub fn indirect_vector(&self, slot: SlotId) -> Vec4 {
         let sum = self.indirect.sum(slot);
         let shown = luminance(self.slots[slot].indirect().diffuse);
         let gathered = luminance(sum.irradiance()) / PI;
-        if gathered > 0.0 { sum.vector() * (shown / (gathered * PI)) } else { self.slots[slot].normal() * shown }
+        if gathered > 0.0 {
+            return sum.vector().extend(sum.fluence()) * (shown / (gathered * PI));
+        }
+        self.slots[slot].normal().extend(2.0) * shown
     }
 
     /// What a slot gathered before the lights changed, as a guess of what it would now.

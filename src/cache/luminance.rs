@@ -14,7 +14,7 @@ use crate::light::group::LightGroup;
 use crate::light::receiver::Receiver;
 use crate::light::source::Source;
 use crate::math::luminance;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use std::f32::consts::PI;
 
 /// Diffuse luminance of a slot.
@@ -44,8 +44,8 @@ pub struct Shown {
     /// Specular luminance S, W·sr⁻¹·m⁻² (docs/method/what-a-pixel-shows.md).
     pub specular: Vec3,
     /// Light vector by luminance over π, W·sr⁻¹·m⁻²: its component along the normal is the luminance of D, about. Only where the scene has
-    /// normal maps, else 0.
-    pub light_vector: Vec3,
+    /// normal maps, else 0. Behind it the fluence likewise.
+    pub light_vector: Vec4,
     /// What its vertex leaves to trace.
     pub left: Left,
     /// Whether all of it is a guess by what was found around its vertex, which was never visited.
@@ -126,7 +126,7 @@ fn add_up(
         tell(light, visibility, of_light);
     }
     let diffuse = Diffuse { value: sum.irradiance / PI, variance: sum.variance / (PI * PI) };
-    let light_vector = sum.vector / PI;
+    let light_vector = sum.vector.extend(sum.fluence) / PI;
     Shown { diffuse, specular: sum.specular, light_vector, left, guessed: around.is_some() }
 }
 
@@ -171,8 +171,9 @@ struct Part {
     /// Irradiance without occlusion, W·m⁻².
     unoccluded: Vec3,
     specular: Vec3,
-    /// Unit mean direction that it comes from, 0 if that is not known.
+    /// Unit mean direction that it comes from, 0 if that is not known, and how wide it is, |V|/Φ.
     direction: Vec3,
+    concentration: f32,
 }
 
 impl Part {
@@ -192,10 +193,13 @@ struct Sum {
     irradiance: Vec3,
     variance: f32,
     specular: Vec3,
-    /// Light vector by luminance, W·m⁻².
+    /// Light vector and fluence by luminance, W·m⁻².
     vector: Vec3,
+    fluence: f32,
 }
 
+/// That of an even hemisphere.
+const LEAST_CONCENTRATION: f32 = 0.5;
 /// Least cosine to the normal at which light is taken to arrive, for light vectors: what grazes would make them long.
 const LEAST_COSINE: f32 = 0.1;
 
@@ -208,6 +212,7 @@ impl Sum {
         if let Some(normal) = normal {
             let along = luminance(part.irradiance) / normal.dot(part.direction).max(LEAST_COSINE);
             self.vector += part.direction * along;
+            self.fluence += along / part.concentration.max(LEAST_CONCENTRATION);
         }
     }
 }
@@ -325,7 +330,7 @@ impl<'a> LitSlot<'a> {
         }
         let (irradiance, unoccluded) = self.irradiance(&appearance, samples);
         let (direction, concentration) = appearance.spread(x, normal);
-        let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO, direction };
+        let mut part = Part { irradiance, unoccluded, specular: Vec3::ZERO, direction, concentration };
         if let Some(gloss) = self.gloss {
             let share = gloss.diffuse_in_spread(normal.dot(direction), concentration);
             part = Part { irradiance: irradiance * share, unoccluded: unoccluded * share, ..part };
@@ -357,21 +362,24 @@ impl<'a> LitSlot<'a> {
     /// Light of an irradiance without occlusion from a unit direction, of which a fraction is visible.
     fn reflected(&self, unoccluded: Vec3, direction: Vec3, fraction: f32) -> Part {
         let Some(gloss) = self.gloss else {
-            return Part { irradiance: unoccluded * fraction, unoccluded, specular: Vec3::ZERO, direction };
+            let irradiance = unoccluded * fraction;
+            return Part { irradiance, unoccluded, specular: Vec3::ZERO, direction, concentration: 1.0 };
         };
         let share = gloss.diffuse_in(self.receiver.normal.dot(direction));
         let specular = unoccluded * fraction * self.receiver.lobe.value(direction);
-        Part { irradiance: unoccluded * (fraction * share), unoccluded: unoccluded * share, specular, direction }
+        let irradiance = unoccluded * (fraction * share);
+        Part { irradiance, unoccluded: unoccluded * share, specular, direction, concentration: 1.0 }
     }
 
     /// Light of a group: what its sources send without occlusion, each exactly, times the fraction that they share.
     fn group(&self, group: LightGroup<'_>, samples: Samples) -> Part {
-        let mut all = Part::default();
+        let (mut all, mut weights) = (Part::default(), 0.0);
         for (source, factor) in group.sources().filter(|(_, factor)| *factor != Vec3::ZERO) {
             let part = self.unoccluded(source);
             all.irradiance += part.unoccluded * factor;
             all.specular += part.specular * factor;
-            all.direction += part.direction * luminance(part.unoccluded * factor);
+            let weight = luminance(part.unoccluded * factor);
+            (all.direction, weights) = (all.direction + part.direction * weight, weights + weight);
         }
         let full = all.irradiance;
         let fraction = samples.visibility.fraction();
@@ -380,7 +388,8 @@ impl<'a> LitSlot<'a> {
         let irradiance = sampled.unwrap_or(full * fraction);
         let shines = fraction > 0.0 && all.specular != Vec3::ZERO;
         let specular = if shines { all.specular * self.lobe_visibility(samples) } else { Vec3::ZERO };
-        Part { irradiance, unoccluded: full, specular, direction: all.direction.normalize_or_zero() }
+        let concentration = all.direction.length() / weights.max(f32::MIN_POSITIVE);
+        Part { irradiance, unoccluded: full, specular, direction: all.direction.normalize_or_zero(), concentration }
     }
 
     /// Light of one source of a closed form as if nothing occluded it.
@@ -394,10 +403,11 @@ impl<'a> LitSlot<'a> {
         let Receiver { x, normal, .. } = self.receiver;
         let (direction, concentration) = appearance.spread(x, normal);
         let Some(gloss) = self.gloss else {
-            return Part { irradiance: unoccluded, unoccluded, specular: Vec3::ZERO, direction };
+            return Part { irradiance: unoccluded, unoccluded, specular: Vec3::ZERO, direction, concentration };
         };
         let shown = unoccluded * gloss.diffuse_in_spread(normal.dot(direction), concentration);
-        Part { irradiance: shown, unoccluded: shown, specular: self.highlight(&appearance, floor), direction }
+        let specular = self.highlight(&appearance, floor);
+        Part { irradiance: shown, unoccluded: shown, specular, direction, concentration }
     }
 
     /// Irradiance from an area light, and what it would be without occlusion: the closed form times the visible

@@ -156,7 +156,7 @@ fn quarters(drawn: DrawnTriangle, [a, b, c]: [Slot; 3]) -> [(DrawnTriangle, [Slo
         weight: (a.weight + b.weight) * 0.5,
         diffuse: (a.diffuse + b.diffuse) * 0.5,
         specular: (a.specular + b.specular) * 0.5,
-        light_vector: Vec3::ZERO,
+        light_vector: glam::Vec4::ZERO,
     };
     let [ab, bc, ca] = [middle(a, b), middle(b, c), middle(c, a)];
     let part = DrawnTriangle { level: drawn.level + 1, ..drawn };
@@ -205,8 +205,13 @@ mod tests {
         for face in 0..3 {
             let slots = [0, 1, 2].map(|k| SlotId(3 * face + k));
             for (slot, position) in slots.into_iter().zip([Vec3::ZERO, Vec3::X, Vec3::Y]) {
-                let slot_value =
-                    Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO, light_vector: Vec3::ZERO };
+                let slot_value = Slot {
+                    position,
+                    weight: 1.0,
+                    diffuse: Vec3::ONE,
+                    specular: Vec3::ZERO,
+                    light_vector: glam::Vec4::ZERO,
+                };
                 update.slots.push((slot, slot_value));
             }
             let drawn = DrawnTriangle { slots, face: FaceId(2 * face), level: 0, flat: None };

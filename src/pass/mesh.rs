@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::refine::update::{DrawnId, Patch, Update};
 use crate::scene::FaceId;
 use crate::vk::Device;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use std::collections::VecDeque;
 use std::ops::Range;
 
@@ -75,7 +75,7 @@ impl Batch {
 pub(super) struct LuminanceMesh {
     pub slots: DeviceArray<GpuSlot>,
     /// Light vectors of slots, where normal maps turn light; empty elsewhere.
-    pub light_vectors: DeviceArray<[f32; 3]>,
+    pub light_vectors: DeviceArray<[f32; 4]>,
     has_light_vectors: bool,
     pub drawn_triangles: DeviceArray<GpuDrawnTriangle>,
     states: Vec<DrawnState>,
@@ -149,7 +149,7 @@ impl LuminanceMesh {
             let slots = corners.map(|corner| {
                 let slot = self.slots.len() as u32;
                 self.slots.set(slot, corner);
-                self.set_light_vector(slot, Vec3::ZERO);
+                self.set_light_vector(slot, Vec4::ZERO);
                 slot
             });
             let filling = GpuDrawnTriangle { slots, face: face.0, flat_slot: NONE };
@@ -329,7 +329,7 @@ impl LuminanceMesh {
         }
     }
 
-    fn set_light_vector(&mut self, slot: u32, vector: Vec3) {
+    fn set_light_vector(&mut self, slot: u32, vector: Vec4) {
         if self.has_light_vectors {
             self.light_vectors.set(slot, vector.to_array());
         }

@@ -107,9 +107,10 @@ fn drawn_triangles(scene: &Scene, faces: &[FaceId], old: Option<u32>, generation
         let slots = [0, 1, 2].map(|corner| SlotId(3 * new + corner));
         let diffuse = Vec3::splat(brightness(generation));
         for (slot, position) in slots.iter().zip(scene.corners(face.triangle())) {
-            update
-                .slots
-                .push((*slot, Slot { position, weight: 1.0, diffuse, specular: diffuse, light_vector: Vec3::ZERO }));
+            update.slots.push((
+                *slot,
+                Slot { position, weight: 1.0, diffuse, specular: diffuse, light_vector: glam::Vec4::ZERO },
+            ));
         }
         update.drawn_triangles.push((DrawnId(new), DrawnTriangle { slots, face, level: 0, flat: None }));
         let start = update.patch_triangles.len() as u32;

@@ -9,7 +9,7 @@ use crate::cache::pool::Table;
 use crate::cache::slot::{COVERED_WEIGHT, Luminance};
 use crate::cache::store::Cache;
 use crate::scene::FaceId;
-use glam::Vec3;
+use glam::Vec4;
 use std::collections::VecDeque;
 
 /// What has been published and what is due.
@@ -231,15 +231,17 @@ pub fn value(cache: &Cache, view: &ViewState, slot: SlotId) -> Slot {
 const MOST_TURNING: f32 = 4.0;
 
 /// See [`Slot::light_vector`].
-fn light_vector(cache: &Cache, view: &ViewState, slot: SlotId) -> Vec3 {
+fn light_vector(cache: &Cache, view: &ViewState, slot: SlotId) -> Vec4 {
     if !cache.turns {
-        return Vec3::ZERO;
+        return Vec4::ZERO;
     }
     let record = &cache.slots[slot];
-    let vector = view.light_vectors.get(slot) + cache.indirect_vector(slot);
+    let all = view.light_vectors.get(slot) + cache.indirect_vector(slot);
+    let (vector, fluence) = (all.truncate(), all.w);
     let along = vector.dot(record.normal());
     let over = if along > 0.0 { vector / along } else { record.normal() };
-    over.clamp_length_max(MOST_TURNING)
+    let concentration = if fluence > 0.0 { vector.length() / fluence } else { 1.0 };
+    over.clamp_length_max(MOST_TURNING).extend(concentration.min(1.0))
 }
 
 #[cfg(test)]

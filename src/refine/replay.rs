@@ -126,7 +126,7 @@ impl HostMesh {
             weight: 0.0,
             diffuse: Vec3::ZERO,
             specular: Vec3::ZERO,
-            light_vector: Vec3::ZERO,
+            light_vector: glam::Vec4::ZERO,
         };
         self.slots.get(id.0 as usize).copied().flatten().unwrap_or(empty)
     }

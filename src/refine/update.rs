@@ -7,7 +7,7 @@
 pub use crate::cache::drawn_mesh::DrawnTriangle;
 pub use crate::cache::ids::{DrawnId, SlotId};
 use crate::scene::FaceId;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use std::ops::Range;
 
 /// Contents of a vertex slot.
@@ -22,8 +22,8 @@ pub struct Slot {
     /// Specular luminance S for the present camera, W·sr⁻¹·m⁻².
     pub specular: Vec3,
     /// Light vector of all light over π times the luminance of D, a vector of component 1 along the shading normal: how D changes as a normal
-    /// map turns that. Only where there are normal maps, else 0.
-    pub light_vector: Vec3,
+    /// map turns that; and how wide the light is, |V|/Φ. Only where there are normal maps, else 0.
+    pub light_vector: Vec4,
 }
 
 /// One region of one face to redraw; the ranges index [`Update::patch_triangles`].

@@ -10,7 +10,7 @@ use crate::cache::sparse::Sparse;
 use crate::cache::store::Cache;
 use crate::cache::topology::Children;
 use crate::scene::camera::View;
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 /// Pixels of leaves at most that are sampled where a pixel sees them.
 const FEW_PIXELS: u32 = 3;
@@ -123,8 +123,8 @@ pub struct ViewState {
     pub vertices: Table<VertexId, VertexView>,
     /// S for the eye. That of slots out of view is for the last eye that saw them.
     pub specular: SpecularTable,
-    /// Light vectors of direct light over π by slot, by luminance, W·sr⁻¹·m⁻², where normal maps turn light.
-    pub light_vectors: Sparse<SlotId, Vec3>,
+    /// Light vectors of direct light over π by slot, and fluence, by luminance, W·sr⁻¹·m⁻², where normal maps turn light.
+    pub light_vectors: Sparse<SlotId, Vec4>,
 }
 
 // There are 4/3 of each a leaf.

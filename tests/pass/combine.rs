@@ -19,7 +19,7 @@ fn operators_agree_with_their_twins() {
         let light = |_, position: Vec3| {
             let diffuse =
                 Vec3::new(8.0, 0.4, 0.01) * (position.x + 1.001) + Vec3::new(0.02, 0.3, 6.0) * (position.y + 1.0);
-            Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO, light_vector: Vec3::ZERO }
+            Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO, light_vector: glam::Vec4::ZERO }
         };
         renderer.apply(&base_update(&scene, faces(&visible), false, light)).unwrap();
         for (name, tone_mapping) in ToneMapping::NAMES {

@@ -16,7 +16,7 @@ const FULL: FrameOptions =
 const PATCHES: FrameOptions = FrameOptions { full_luminance: false, colour: false, ..FULL };
 
 fn lit(position: Vec3) -> Slot {
-    Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO, light_vector: Vec3::ZERO }
+    Slot { position, weight: 1.0, diffuse: Vec3::ONE, specular: Vec3::ZERO, light_vector: glam::Vec4::ZERO }
 }
 
 /// A face's leaves, each with a value of its own.
@@ -33,8 +33,13 @@ fn painted(faces: &[Painted]) -> Update {
         for &(corners, diffuse) in drawn_triangles {
             let id = update.drawn_triangles.len() as u32;
             let slots = [0, 1, 2].map(|k| SlotId(3 * id + k));
-            let slot =
-                |position| Slot { position, weight: 1.0, diffuse, specular: diffuse * 0.5, light_vector: Vec3::ZERO };
+            let slot = |position| Slot {
+                position,
+                weight: 1.0,
+                diffuse,
+                specular: diffuse * 0.5,
+                light_vector: glam::Vec4::ZERO,
+            };
             update.slots.extend(slots.into_iter().zip(corners.map(slot)));
             update.drawn_triangles.push((DrawnId(id), DrawnTriangle { slots, face: *face, level: 0, flat: None }));
             update.patch_triangles.push(DrawnId(id));
@@ -198,8 +203,13 @@ fn split_update(drawn_triangles: &[KnownTriangle], next: &mut Vec<KnownTriangle>
             let (id, slots) = (DrawnId(*free), [0, 1, 2].map(|k| SlotId(3 * *free + k)));
             *free += 1;
             let diffuse = Vec3::splat(1.0 + noise(id.0));
-            let slot =
-                |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO, light_vector: Vec3::ZERO };
+            let slot = |position| Slot {
+                position,
+                weight: 1.0,
+                diffuse,
+                specular: Vec3::ZERO,
+                light_vector: glam::Vec4::ZERO,
+            };
             update.slots.extend(slots.into_iter().zip(part.map(slot)));
             update.drawn_triangles.push((id, DrawnTriangle { slots, face, level: 0, flat: None }));
             update.patch_triangles.push(id);

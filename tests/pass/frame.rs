@@ -33,7 +33,7 @@ fn room() -> Scene {
 fn lamp_light(position: Vec3) -> Slot {
     let to_lamp = Vec3::Y * 0.9 - position;
     let diffuse = Vec3::new(1.0, 0.9, 0.75) * (1.5 / (0.5 + to_lamp.length_squared()));
-    Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO, light_vector: Vec3::ZERO }
+    Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO, light_vector: glam::Vec4::ZERO }
 }
 
 #[test]

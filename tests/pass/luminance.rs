@@ -17,7 +17,13 @@ fn patches(update_mode: UpdateMode) -> FrameOptions {
 /// A field of light that is linear in space: interpolation must give it back exactly.
 fn linear_light(position: Vec3) -> Slot {
     let diffuse = Vec3::new(2.0, 3.0, 4.0) + position;
-    Slot { position, weight: 1.0, diffuse, specular: Vec3::splat(1.5) - position.zxy() * 0.5, light_vector: Vec3::ZERO }
+    Slot {
+        position,
+        weight: 1.0,
+        diffuse,
+        specular: Vec3::splat(1.5) - position.zxy() * 0.5,
+        light_vector: glam::Vec4::ZERO,
+    }
 }
 
 trait Swizzle {
@@ -76,7 +82,7 @@ fn invalid_vertices_take_no_part() {
                 weight,
                 diffuse: Vec3::splat(value),
                 specular: Vec3::splat(value),
-                light_vector: Vec3::ZERO,
+                light_vector: glam::Vec4::ZERO,
             }
         });
         renderer.apply(&update).unwrap();
@@ -104,7 +110,7 @@ fn values_beyond_half_range_are_scaled() {
                 weight: 1.0,
                 diffuse: Vec3::splat(value),
                 specular: Vec3::ZERO,
-                light_vector: Vec3::ZERO,
+                light_vector: glam::Vec4::ZERO,
             };
             renderer.apply(&base_update(&scene, faces(&visible), round == 1, light)).unwrap();
             // The second round overflows within an incremental frame, which must notice by itself.
@@ -131,7 +137,7 @@ fn luminances_are_rounded_to_nearest() {
                 weight: 1.0,
                 diffuse: Vec3::splat(value),
                 specular: Vec3::ZERO,
-                light_vector: Vec3::ZERO,
+                light_vector: glam::Vec4::ZERO,
             };
             renderer.apply(&base_update(&scene, faces(&visible), i > 0, light)).unwrap();
             renderer.frame(&FULL).unwrap();
@@ -311,7 +317,7 @@ fn faces_without_light_yet_are_dark_not_transparent() {
             weight: 1.0,
             diffuse: Vec3::ONE,
             specular: Vec3::ZERO,
-            light_vector: Vec3::ZERO,
+            light_vector: glam::Vec4::ZERO,
         };
         renderer.apply(&base_update(&scene, lit.iter().copied(), false, light)).unwrap();
         renderer.frame(&FULL).unwrap();

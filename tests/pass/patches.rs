@@ -226,8 +226,13 @@ impl ByHand {
         for &corners in new {
             let slots = [0, 1, 2].map(|k| SlotId(3 * self.drawn_triangles + k));
             let diffuse = Vec3::splat(1.0 + self.drawn_triangles as f32);
-            let slot =
-                |position| Slot { position, weight: 1.0, diffuse, specular: Vec3::ZERO, light_vector: Vec3::ZERO };
+            let slot = |position| Slot {
+                position,
+                weight: 1.0,
+                diffuse,
+                specular: Vec3::ZERO,
+                light_vector: glam::Vec4::ZERO,
+            };
             update.slots.extend(slots.into_iter().zip(corners.map(slot)));
             update
                 .drawn_triangles

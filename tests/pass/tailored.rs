@@ -65,7 +65,7 @@ fn draw(renderer: &mut Renderer, scene: &Scene, size: ImageSize) -> (Layers, Vec
         weight: 1.0,
         diffuse: position + 2.0,
         specular: specular(position),
-        light_vector: Vec3::ZERO,
+        light_vector: glam::Vec4::ZERO,
     };
     renderer.apply(&base_update(scene, visible, false, light)).unwrap();
     let combine = Some(Display::default());

@@ -38,7 +38,7 @@ fn draw(device: &Arc<Device>, mode: UpdateMode, texel_buffers: bool) -> Layers {
         weight: 1.0,
         diffuse: position + 2.0,
         specular: 3.0 - position,
-        light_vector: Vec3::ZERO,
+        light_vector: glam::Vec4::ZERO,
     };
     renderer.apply(&base_update(&scene, visible, false, light)).unwrap();
     let full = FrameOptions { full_luminance: true, colour: true, update_mode: mode, ..FrameOptions::default() };

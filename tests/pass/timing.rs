@@ -35,7 +35,7 @@ fn start_up_and_passes() {
             weight: 1.0,
             diffuse: Vec3::ONE,
             specular: Vec3::ZERO,
-            light_vector: Vec3::ZERO,
+            light_vector: glam::Vec4::ZERO,
         };
         renderer.apply(&base_update(&scene, faces(&visible), false, light)).unwrap();
         let combine = Some(Display::default());
@@ -112,7 +112,7 @@ fn many_triangles_at_once() {
             weight: 1.0,
             diffuse: Vec3::ONE,
             specular: Vec3::ZERO,
-            light_vector: Vec3::ZERO,
+            light_vector: glam::Vec4::ZERO,
         };
         let combine = Some(Display::default());
         let frame = FrameOptions { combine, update_mode: mode, ..FrameOptions::default() };

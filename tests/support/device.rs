@@ -206,7 +206,7 @@ impl Splitter {
     /// Light that jumps from vertex to vertex.
     pub fn slot(&self, position: Vec3) -> Slot {
         let value = Vec3::new(self.random(), self.random(), self.random()) * 4.0;
-        Slot { position, weight: 1.0, diffuse: value, specular: value * 0.5, light_vector: Vec3::ZERO }
+        Slot { position, weight: 1.0, diffuse: value, specular: value * 0.5, light_vector: glam::Vec4::ZERO }
     }
 
     /// Splits about a share of the leaves.
