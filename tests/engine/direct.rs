@@ -119,7 +119,7 @@ fn receiver(scene: &mut Scene) -> TriangleId {
 }
 
 /// Adds an emitter of radiance 1 facing u × v and registers its light.
-fn lamp(scene: &mut Scene, origin: Vec3, u: Vec3, v: Vec3) {
+pub fn lamp(scene: &mut Scene, origin: Vec3, u: Vec3, v: Vec3) {
     let bright = material(scene, |m| m.ke = Vec3::ONE);
     let triangles = patch(scene, origin, u, v, 1, bright);
     light(scene, LightKind::Area { triangles });

@@ -16,6 +16,7 @@ mod moving_camera;
 mod penumbrae;
 mod pixel_vertices;
 mod refinement;
+mod reflection;
 mod relighting;
 mod reveal;
 mod sky;

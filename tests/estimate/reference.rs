@@ -11,7 +11,7 @@ use penombre::reference::{Accumulator, Filter, ReferenceImage, Settings, Strateg
 use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::coplanar::Coplanar;
 use penombre::scene::light::LightKind;
-use penombre::scene::material::{Model, Phong};
+use penombre::scene::material::{MetallicRoughness, Model, Phong};
 use penombre::scene::{Scene, load};
 use std::f32::consts::PI;
 use std::path::Path;
@@ -112,6 +112,20 @@ fn glossy_furnace() {
             // What is emitted is mirrored, what bounced before is not.
             let (scene, camera) = glossy_patch(shininess, true);
             estimate(&scene, &camera, settings, 512, 2).assert_is(ks + kd * 2.0, 1e-3);
+        }
+    }
+}
+
+/// In a furnace a white surface is as bright as its walls, whatever its roughness, metal or not.
+#[test]
+fn white_surfaces_of_any_roughness_vanish_in_a_furnace() {
+    for (metallic, roughness) in [(1.0, 0.1), (1.0, 0.5), (1.0, 1.0), (0.0, 0.1), (0.0, 0.6), (0.5, 0.3)] {
+        let (mut scene, camera) = glossy_patch(1.0, false);
+        let model = MetallicRoughness { metallic, roughness, map_metallic: None, map_roughness: None };
+        (scene.materials[1].kd, scene.materials[1].model) = (Vec3::ONE, Model::MetallicRoughness(model));
+        for strategy in [Strategy::Both, Strategy::Reflection] {
+            // Walls of emission 1 and reflectance 1/2; the tables are right to half a percent.
+            estimate(&scene, &camera, Settings { strategy, ..FULL }, 512, 2).assert_is(Vec3::splat(2.0), 5e-3);
         }
     }
 }

@@ -15,5 +15,6 @@ mod sky;
 mod tailored;
 mod texel_buffers;
 mod timing;
+mod turned;
 mod update_modes;
 mod visibility;
