@@ -112,16 +112,14 @@ fn one_set_of_texture_coordinates_is_used() {
 #[test]
 fn a_glowing_detail_is_no_lamp_and_what_is_black_does_not_emit() {
     let glow = json!({"name": "panel", "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0}});
-    // A white dot in the lower right triangle.
-    let dot = |size: u32| {
-        move |glb: &mut Glb, _: &mut Value| {
-            glb.texture(
-                "dot",
-                &png(|x, y| [255 * u8::from((12..12 + size).contains(&x) && (12..12 + size).contains(&y)); 3]),
-            );
-        }
-    };
-    let (Loaded { scene, .. }, said) = square(glow.clone(), dot(1));
+    // A white dot near a corner of the first triangle's part of the image, of which the second shows another.
+    let (Loaded { scene, .. }, said) = square(glow.clone(), |glb, primitive| {
+        glb.texture("dot", &png(|x, y| [255 * u8::from((x, y) == (10, 13)); 3]));
+        let corners = SQUARE_INDICES.map(|i| SQUARE[i as usize]);
+        let uvs = [[0.6, 0.9], [0.9, 0.9], [0.9, 0.6], [0.1, 0.4], [0.4, 0.1], [0.1, 0.1]];
+        let [positions, uvs] = [glb.positions(&corners), glb.floats(&uvs)];
+        *primitive = json!({"attributes": {"POSITION": positions, "TEXCOORD_0": uvs}, "material": 0});
+    });
     assert!(said.contains("no light and what emits is a detail: one point light was added"), "{said}");
     let [area, added] = scene.lights.as_slice() else { panic!("{:?}", scene.lights) };
     assert!(matches!(&area.kind, LightKind::Area { triangles } if *triangles == [TriangleId(0)]), "{area:?}");
