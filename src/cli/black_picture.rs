@@ -72,7 +72,9 @@ impl Shown<'_> {
     pub fn why_black(&self) -> Option<String> {
         let covered: Vec<usize> = (0..self.combined.len()).filter(|&p| self.layers.face_id[p] != 0).collect();
         if covered.is_empty() {
-            return Some(self.nothing_in_view());
+            // An environment behind is something to see.
+            let all_black = (0..self.combined.len()).all(|pixel| self.is_black(pixel));
+            return all_black.then(|| self.nothing_in_view());
         }
         let bright = covered.iter().filter(|&&pixel| !self.is_black(pixel)).count();
         if bright as f64 > SPECKS * covered.len() as f64 {
@@ -351,6 +353,10 @@ mod tests {
         contains(&picture, "something stands between");
         picture.combined[3] = Vec4::splat(0.1);
         assert_eq!(picture.why(), "");
+        picture.layers.face_id.fill(0);
+        assert_eq!(picture.why(), "", "the sky shows");
+        picture.combined.fill(Vec4::ZERO);
+        contains(&picture, "the camera sees nothing");
     }
 
     #[test]

@@ -23,8 +23,9 @@ fn scene(look_at: Vec3, rotation: f32) -> (Scene, Environment, SunSource) {
     scene.cameras[0].camera.position = Vec3::ZERO;
     scene.cameras[0].camera.look_at = look_at;
     scene.cameras[0].camera.up = Vec3::new(0.2, 0.8, 0.5);
-    let texel =
-        |i: u32| Vec3::new(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2)) * if i % 97 == 0 { 90.0 } else { 1.0 };
+    let texel = |i: u32| {
+        Vec3::new(noise(3 * i), noise(3 * i + 1), noise(3 * i + 2)) * if i.is_multiple_of(97) { 10.0 } else { 1.0 }
+    };
     let picture = Picture::new([100, 50], (0..5000).map(texel).collect());
     let environment = Environment::new(Arc::new(picture), Vec3::new(0.1, 0.9, 0.1).normalize(), rotation);
     scene.lights.push(Light { name: "sky".into(), kind: LightKind::Environment(Arc::new(environment.clone())) });
@@ -67,8 +68,8 @@ fn the_background_is_the_environment_and_the_sun() {
                 let [r, g, b, coverage] = layers.combined[pixel];
                 assert_eq!(coverage, 0.0, "nothing covers it");
                 let error = (Vec3::new(r, g, b) - expected).abs().max_element();
-                // Half floats, and a texel may lie on the other side of rounding.
-                off += usize::from(error > 4e-3 * expected.max_element());
+                // Half floats; and a device's arc tangent may be off by a hundredth of a texel.
+                off += usize::from(error > 4e-3 * expected.max_element() + 0.02);
                 in_sun += usize::from(of_sun.x > 50.0);
             }
             assert!(beside > 20 && in_sun > 20, "{look_at}: {beside} {in_sun}");
