@@ -1,7 +1,8 @@
 //! EULUMDAT: one value a line, as Stockmar wrote it down in 1990.
 
+use super::distribution::{Distribution, Symmetry, System};
+use super::fault::Fault;
 use super::lines::Lines;
-use super::{Distribution, Fault, Symmetry, System};
 
 /// Most sets of lamps: the format knows 20.
 const MAX_SETS: f32 = 20.0;

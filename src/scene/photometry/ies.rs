@@ -1,7 +1,8 @@
 //! IES LM-63, of 1986 to 2019.
 
+use super::distribution::{Distribution, Symmetry, System};
+use super::fault::Fault;
 use super::lines::Lines;
-use super::{Distribution, Fault, Symmetry, System};
 
 /// Most pairs of a tilt.
 const MAX_TILTS: f32 = 1000.0;

@@ -1,6 +1,6 @@
 //! A lamp that was measured, as it hangs in a scene.
 
-use super::Distribution;
+use super::distribution::Distribution;
 use crate::math::luminance;
 use crate::scene::light::spot_falloff;
 use glam::{Mat3, Vec3};

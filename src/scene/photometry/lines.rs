@@ -1,6 +1,6 @@
 //! Numbers of a text, with the lines that they stand in.
 
-use super::{Fault, MAX_ANGLES};
+use super::fault::{Fault, MAX_ANGLES};
 
 /// What is left of a text.
 pub(super) struct Lines<'a> {

@@ -1,4 +1,6 @@
 use super::*;
+use glam::Vec3;
+use std::f32::consts::PI;
 
 /// An IES file of these planes and angles.
 fn ies(tilt: &str, kind: u32, planes: &[f32], angles: &[f32], candela: impl Fn(f32, f32) -> f32) -> String {
