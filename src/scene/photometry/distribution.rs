@@ -18,7 +18,7 @@ pub struct Distribution {
     /// Candela, plane after plane.
     candela: Vec<f32>,
     /// What is emitted at tilts of the lamp, as factors by degrees; empty if that makes no difference.
-    pub(super) tilt: Vec<[f32; 2]>,
+    tilt: Vec<[f32; 2]>,
 }
 
 /// How angles are counted (CIE 121). In the lamp's frame z is the way that it shines (nadir of a ceiling lamp), x lies in the plane of 0°.
@@ -64,6 +64,11 @@ impl Distribution {
             return Err(Fault::new(line, "there are not as many intensities as angles"));
         }
         Ok(Self { system, planes, angles, candela, tilt: Vec::new() })
+    }
+
+    /// The same with factors by tilt, degrees.
+    pub(super) fn with_tilt(self, tilt: Vec<[f32; 2]>) -> Self {
+        Self { tilt, ..self }
     }
 
     /// Luminous intensity in a direction of the lamp's frame, candela: z is the way that it shines.

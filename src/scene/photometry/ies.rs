@@ -40,7 +40,7 @@ pub(super) fn parse(text: &str) -> Result<Distribution, Fault> {
         return Err(Fault::new(lines.line, "an intensity times the multiplier is too large"));
     }
     let (system, planes, candela) = symmetry(kind, kind_line, (planes, angle_line), candela)?;
-    Ok(Distribution { tilt, ..Distribution::new(system, planes, angles, candela, angle_line)? })
+    Ok(Distribution::new(system, planes, angles, candela, angle_line)?.with_tilt(tilt))
 }
 
 fn header<const N: usize>(lines: &mut Lines<'_>, what: [&str; N]) -> Result<[f32; N], Fault> {
