@@ -4,11 +4,14 @@
 //! What the highlight of a dielectric does not reflect goes to its diffuse part, f_d = ρ/π T(μ_i) T(μ_o) / T̄ with T = 1 − albedo of
 //! the highlight: reciprocal, and a white one reflects all light in any direction.
 
-use super::around;
-use super::ggx_table::{Albedo, DIELECTRIC, LEAST_ROUGHNESS, Row};
+use super::directions::around;
+use super::ggx_table::{Albedo, DIELECTRIC, LEAST_ROUGHNESS, Row, SIZE};
 use crate::math::polygon::{Corners, clip, edge_term, edges};
 use glam::{DMat3, DVec3, Vec2, Vec3};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+/// Roughness from which on the fit of lobes is off by more than some percent, and they are so wide that a few directions tell them well.
+const WIDE: f32 = 0.2;
 
 /// Least cosine to the eye: below it, a shading normal turns away from an eye that sees the surface all the same.
 const LEAST_COSINE: f32 = 1e-3;
@@ -161,11 +164,21 @@ impl GgxLobe {
         if cosine <= 0.0 {
             return Vec3::ZERO;
         }
+        self.value_once(to_light) + self.again * (1.0 - self.facets.row.albedo(cosine).whole)
+    }
+
+    /// The part of it that is scattered once, sr⁻¹.
+    #[must_use]
+    #[inline]
+    pub fn value_once(&self, to_light: Vec3) -> Vec3 {
+        let cosine = self.normal.dot(to_light);
+        if cosine <= 0.0 {
+            return Vec3::ZERO;
+        }
         let half = (self.to_eye + to_light).normalize_or(self.normal);
         let masked = 1.0 / (1.0 + self.shadowed(self.cosine) + self.shadowed(cosine));
         let fresnel = self.facets.f0 + (Vec3::ONE - self.facets.f0) * grazing(self.to_eye.dot(half));
-        let once = fresnel * (self.distribution(half) * masked / (4.0 * self.cosine * cosine));
-        once + self.again * (1.0 - self.facets.row.albedo(cosine).whole)
+        fresnel * (self.distribution(half) * masked / (4.0 * self.cosine * cosine))
     }
 
     /// Share of facets of normal `half`, D, sr⁻¹.
@@ -248,6 +261,17 @@ impl GgxLobe {
         self.facets.reflected_once(self.once)
     }
 
+    /// The same of light of which the lobe sees a `share` of 1, from about a unit direction: what reflects at grazing angles is that
+    /// direction's where the share is small, the lobe's where it is all.
+    #[must_use]
+    pub fn albedo_once_of(&self, to_light: Vec3, share: f32) -> Vec3 {
+        let half = (self.to_eye + to_light).normalize_or(self.normal);
+        let there = grazing(self.to_eye.dot(half));
+        let mean = self.once.grazing / self.once.whole.max(f32::MIN_POSITIVE);
+        let grazing = (there + (mean - there) * share.clamp(0.0, 1.0)) * self.once.whole;
+        self.facets.reflected_once(Albedo { grazing, ..self.once })
+    }
+
     /// f_s of what is scattered again, for light spread evenly about a direction at `cosine` to the normal, sr⁻¹; `concentration`
     /// is 1 for light from there alone, 1/2 for that of an even hemisphere.
     #[must_use]
@@ -263,6 +287,12 @@ impl GgxLobe {
         self.normal * cos - self.forward * sin
     }
 
+    /// Whether it is so wide that a few directions tell it well.
+    #[must_use]
+    pub fn is_wide(&self) -> bool {
+        self.facets.roughness >= WIDE
+    }
+
     /// Its fit by a transformed cosine.
     #[must_use]
     pub fn transformed_cosine(&self) -> TransformedCosine {
@@ -273,6 +303,18 @@ impl GgxLobe {
 }
 
 impl TransformedCosine {
+    /// The lobe with the cosine in a unit direction, over its albedo, sr⁻¹.
+    #[must_use]
+    pub fn value(&self, to_light: Vec3) -> f32 {
+        if self.normal.dot(to_light.as_dvec3()) <= 0.0 {
+            return 0.0;
+        }
+        let turned = self.inverse * to_light.as_dvec3();
+        let squared = turned.length_squared();
+        let value = turned.z.max(0.0) * self.inverse.determinant().abs() / (squared * squared);
+        (value / std::f64::consts::PI) as f32
+    }
+
     /// ∫ over the convex polygon `base + relative[i]` seen from the origin, counter-clockwise (for the other sense: its negative), of
     /// the lobe with the cosine, over its albedo: 1 over the whole sphere.
     #[must_use]
@@ -282,6 +324,15 @@ impl TransformedCosine {
         let lit = clip(base, &turned, DVec3::Z);
         edges(&lit).map(|(a, b)| edge_term(base + a, b - a).z).sum::<f64>() / std::f64::consts::PI
     }
+}
+
+/// [`super::Gloss::diffuse_out`] of dielectrics as shaders look it up: by roughness from [`LEAST_ROUGHNESS`] to 1, then by √(1 − μ).
+#[must_use]
+pub fn diffuse_out_table() -> Vec<f32> {
+    let steps = || (0..SIZE).map(|i| i as f32 / (SIZE - 1) as f32);
+    let roughness = |x: f32| LEAST_ROUGHNESS + x * (1.0 - LEAST_ROUGHNESS);
+    let row = |x: f32| steps().map(move |y| Microfacets::dielectric(roughness(x)).diffuse_out(1.0 - y * y));
+    steps().flat_map(row).collect()
 }
 
 /// (1 − cosθ)⁵.

@@ -137,12 +137,3 @@ impl Row {
         row(self.row).between(row(self.row + 1), self.share)
     }
 }
-
-/// [`super::Gloss::diffuse_out`] of dielectrics as shaders look it up: by roughness from [`LEAST_ROUGHNESS`] to 1, then by √(1 − μ).
-#[must_use]
-pub fn diffuse_out_table() -> Vec<f32> {
-    let steps = || (0..SIZE).map(|i| i as f32 / (SIZE - 1) as f32);
-    let roughness = |x: f32| LEAST_ROUGHNESS + x * (1.0 - LEAST_ROUGHNESS);
-    let row = |x: f32| steps().map(move |y| super::Microfacets::dielectric(roughness(x)).diffuse_out(1.0 - y * y));
-    steps().flat_map(row).collect()
-}

@@ -14,20 +14,21 @@
 //!
 //! A [`Gloss`] is what a material says of the highlight at a point; seen by an eye it is a [`Lobe`].
 
+mod directions;
 pub mod ggx;
 mod ggx_table;
 pub mod phong;
 mod reflectance;
 mod spread_light;
 
-pub use ggx::{GgxLobe, Microfacets, TransformedCosine};
-pub use ggx_table::{LEAST_ROUGHNESS, SIZE as TABLE_SIZE, diffuse_out_table};
+pub use directions::sample_diffuse;
+pub use ggx::{GgxLobe, Microfacets, TransformedCosine, diffuse_out_table};
+pub use ggx_table::{LEAST_ROUGHNESS, SIZE as TABLE_SIZE};
 pub use reflectance::{Reflectance, mean_f0};
 pub use spread_light::SpreadLight;
 
 use crate::math::phong_polygon;
 use glam::Vec3;
-use std::f32::consts::TAU;
 
 /// The highlight of a surface, whoever looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -184,18 +185,4 @@ impl Lobe {
             Self::Ggx(ggx) => light.in_ggx_lobe(ggx),
         }
     }
-}
-
-/// A unit direction chosen by `u` ∈ [0, 1)² in proportion to the cosine at a unit `normal`: of density cosθ/π, sr⁻¹.
-#[must_use]
-pub fn sample_diffuse(normal: Vec3, [u, v]: [f32; 2]) -> Vec3 {
-    around(normal, u.sqrt(), v)
-}
-
-/// The unit direction at angle acos(`cosine`) from a unit `axis`, turned about it by `turn` ∈ [0, 1).
-fn around(axis: Vec3, cosine: f32, turn: f32) -> Vec3 {
-    let (x, y) = axis.any_orthonormal_pair();
-    let (sin, cos) = (turn * TAU).sin_cos();
-    let radius = (1.0 - cosine * cosine).max(0.0).sqrt();
-    x * (radius * cos) + y * (radius * sin) + axis * cosine
 }

@@ -1,6 +1,6 @@
 //! The physically normalised Phong lobe [FP03 §4.3].
 
-use super::around;
+use super::directions::around;
 use glam::Vec3;
 use std::f32::consts::TAU;
 

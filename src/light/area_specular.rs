@@ -27,6 +27,8 @@ const SMOOTH: f64 = 0.2;
 const ONE_DIRECTION: f32 = 0.05;
 /// Points of a textured light, and as many directions of the lobe, for the colour of its highlight.
 const TEXTURE_POINTS: u32 = 128;
+/// Points of the light by which the fit of a wide lobe is corrected.
+const FIT_POINTS: u32 = 16;
 /// Points of the light where there are more edges.
 const POINTS: u32 = 256;
 
@@ -45,7 +47,7 @@ impl AreaSource {
     #[must_use]
     pub fn specular_of(&self, scene: &Scene, form: &ClosedForm<'_>, receiver: &Receiver, floor: f32) -> Vec3 {
         let x = receiver.x;
-        let highlight = form.highlight(receiver);
+        let highlight = self.highlight_of(form, receiver);
         let mean = self.mean_radiance() * highlight;
         if !self.textured || luminance(mean) <= floor {
             return mean;
@@ -54,6 +56,31 @@ impl AreaSource {
         let parts = if nearest > 0.0 { self.parts.in_lobe(receiver, nearest, self.both_sides) } else { None };
         let seen = parts.or_else(|| self.radiance_in_lobe(scene, &self.at(x), receiver));
         seen.map_or(mean, |seen| seen * highlight)
+    }
+
+    /// Unoccluded highlight for radiance 1, a number.
+    fn highlight_of(&self, form: &ClosedForm<'_>, receiver: &Receiver) -> Vec3 {
+        match &receiver.lobe {
+            Lobe::Ggx(ggx) if ggx.is_wide() => {
+                let [_, albedo] = form.seen_once(ggx);
+                (form.highlight(receiver) + self.misfit(ggx, receiver, albedo)).max(Vec3::ZERO)
+            }
+            _ => form.highlight(receiver),
+        }
+    }
+
+    /// What the transformed cosine of a lobe lacks over the source, for radiance 1, by a few points of it: their mean is exact but for how
+    /// the difference varies between them, which is little.
+    fn misfit(&self, ggx: &GgxLobe, receiver: &Receiver, albedo: Vec3) -> Vec3 {
+        let (fit, sampler, sequence) = (ggx.transformed_cosine(), self.at(receiver.x), Sequence::new(2));
+        let lacks = |index| {
+            let [u, v, ..] = sequence.point(index).map(f64::from);
+            let Some(point) = sampler.point([u, v]) else { return Vec3::ZERO };
+            let direction = point.offset.normalize().as_vec3();
+            let exact = ggx.value_once(direction) * receiver.normal.dot(direction).max(0.0);
+            (exact - albedo * fit.value(direction)) * point.measure as f32
+        };
+        (0..FIT_POINTS).map(lacks).sum::<Vec3>() / FIT_POINTS as f32
     }
 
     /// Mean radiance, W·sr⁻¹·m⁻², of a textured source weighed by the lobe and the cosine; `None` where no sample meets
@@ -151,12 +178,17 @@ impl ClosedForm<'_> {
     }
 
     fn ggx_highlight(&self, ggx: &GgxLobe, normal: Vec3) -> Vec3 {
+        let [share, albedo] = self.seen_once(ggx);
+        let (direction, concentration) = self.spread();
+        share * albedo + ggx.again(normal.dot(direction), concentration) * self.form_factor(normal)
+    }
+
+    /// Share of a lobe that the light takes by its transformed cosine, and the albedo of single scattering of its light.
+    fn seen_once(&self, ggx: &GgxLobe) -> [Vec3; 2] {
         let fit = ggx.transformed_cosine();
         let share = |polygon: &ProjectedPolygon<'_>| polygon.sign * fit.over_polygon(polygon.base, &polygon.corners);
-        let once: f64 = self.polygons().map(|(polygon, _)| share(polygon)).sum();
-        let (direction, concentration) = self.spread();
-        let again = ggx.again(normal.dot(direction), concentration) * self.form_factor(normal);
-        ggx.albedo_once() * once.max(0.0) as f32 + again
+        let share = self.polygons().map(|(polygon, _)| share(polygon)).sum::<f64>().max(0.0) as f32;
+        [Vec3::splat(share), ggx.albedo_once_of(self.spread().0, share)]
     }
 }
 

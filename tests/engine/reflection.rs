@@ -79,7 +79,7 @@ fn lamps_are_nearly_exact() {
             all += specular.max_element();
             of_diffuse = of_diffuse.max((slot.diffuse.x / diffuse - 1.0).abs());
         }
-        assert!(error < 0.04 * all, "{metallic} {roughness}: S differs by {} on average", error / all);
+        assert!(error < 0.03 * all, "{metallic} {roughness}: S differs by {} on average", error / all);
         assert!(of_diffuse < 0.01, "{metallic} {roughness}: D differs by {of_diffuse}");
     }
 }
