@@ -250,9 +250,10 @@ impl GgxLobe {
         self.normal
     }
 
-    /// Sharpness of the spherical Gaussian about [`Self::direction`] that is about as wide.
-    pub(super) fn sharpness(&self) -> f32 {
-        0.5 / (self.alpha * self.alpha * self.cosine.max(0.1))
+    /// The lobe of facets whose α² is larger by `more`.
+    pub(super) fn widened(&self, more: f32) -> Self {
+        let squared = self.alpha * self.alpha + more;
+        Self::new(Microfacets::new(squared.sqrt().sqrt(), self.facets.f0), self.normal, self.to_eye)
     }
 
     /// Albedo towards the eye of light that is scattered once.
@@ -279,12 +280,6 @@ impl GgxLobe {
         let mean = 1.0 - self.facets.row.mean().whole;
         let there = 1.0 - self.facets.row.albedo(cosine.max(0.0)).whole;
         self.again * (mean + (there - mean) * (2.0 * concentration - 1.0).clamp(0.0, 1.0))
-    }
-
-    /// Unit mean direction of the lobe.
-    pub(super) fn direction(&self) -> Vec3 {
-        let (sin, cos) = self.facets.row.angle(self.cosine).sin_cos();
-        self.normal * cos - self.forward * sin
     }
 
     /// Whether it is so wide that a few directions tell it well.

@@ -123,11 +123,6 @@ impl Row {
         scaled * turned
     }
 
-    /// Angle between the normal and the lobe's mean direction, on the side away from the eye, radians.
-    pub fn angle(self, cosine: f32) -> f32 {
-        self.entry(cosine).0[5]
-    }
-
     fn entry(self, cosine: f32) -> Entry {
         let (column, share) = place((1.0 - cosine).max(0.0).sqrt());
         let row = |row: usize| {

@@ -34,18 +34,20 @@ impl SpreadLight {
         height * product(shininess, self.sharpness(), mirrored.dot(self.axis))
     }
 
-    /// A GGX lobe over it, over its irradiance, sr⁻¹: the lobe as a spherical Gaussian about its mean direction of sharpness 2/α²
-    /// about the half vector, a quarter of that, over the cosine, in directions to light \[Wang09\]. What it finds of an even
-    /// hemisphere is made exact; a narrower light takes part in that less and less.
+    /// A GGX lobe over it, over its irradiance, sr⁻¹: the lobe in the light's direction, as much wider as the light is, as Gaussians about half
+    /// vectors are \[Wang09\]. Light from one direction is exact, and so is that of an even hemisphere, whose factor narrower light takes part
+    /// in less and less.
     pub(super) fn in_ggx_lobe(&self, lobe: &GgxLobe) -> Vec3 {
-        let axis = lobe.direction();
-        let height = lobe.normal().dot(axis).max(0.1);
-        let sharpness_of_lobe = lobe.sharpness();
-        let found = product(sharpness_of_lobe, self.sharpness(), axis.dot(self.axis)) / height;
-        let even = PI * product(sharpness_of_lobe, sharpness(EVEN), height) / height;
+        let seen = |axis: Vec3, concentration: f32| {
+            let wide = lobe.widened(0.5 / sharpness(concentration));
+            wide.value_once(axis) / wide.albedo_once().max(Vec3::splat(f32::MIN_POSITIVE))
+        };
+        let found = seen(self.axis, self.concentration);
+        let even = seen(lobe.normal(), EVEN) * PI;
         let share = ((1.0 - self.concentration) / (1.0 - EVEN)).clamp(0.0, 1.0);
-        let once = lobe.albedo_once() * (found * (1.0 + share * (even.recip() - 1.0)));
-        once + lobe.again(lobe.normal().dot(self.axis), self.concentration)
+        let gain = Vec3::ONE + (even.recip() - Vec3::ONE) * share;
+        let again = lobe.again(lobe.normal().dot(self.axis), self.concentration);
+        lobe.albedo_once() * found * gain + again
     }
 }
 
