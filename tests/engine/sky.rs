@@ -5,8 +5,13 @@ use crate::support::by_hand::{
     Mirror, bounces, engine, engine_with, front, gather_light, light, material, options, patch, solve,
 };
 use glam::Vec3;
+use penombre::geom::bvh::Bvh;
+use penombre::light::context::SceneContext;
+use penombre::light::lights::Lights;
 use penombre::math::luminance;
+use penombre::reference::{Accumulator, Filter, Settings, Strategy, Transport};
 use penombre::refine::options::Options;
+use penombre::scene::camera::{Camera, ImageSize};
 use penombre::scene::environment::{Environment, Picture};
 use penombre::scene::light::LightKind;
 use penombre::scene::{Scene, TriangleId};
@@ -153,4 +158,60 @@ fn the_sun_is_dimmed_by_itself() {
     }
     mirror.apply(engine.relight(&[], &Visible { generation: 4, eye, image: None, faces }));
     assert_eq!((all_slots(&mirror, &ids), mirror.last.stats.rays), before);
+}
+
+/// A floor and a wall apart from each other under the clear sky of a scene file, the sun switched off.
+#[test]
+fn a_clear_sky_sends_its_integral_to_a_floor_and_a_wall() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).expect("written");
+    write(
+        "planes.obj",
+        "v 0 0 0\nv 0 0 1\nv 1 0 1\nv 1 0 0\nf 1 2 3 4\nv 500 0 0\nv 501 0 0\nv 501 1 0\nv 500 1 0\nf 5 6 7 8\n",
+    );
+    write(
+        "scene.toml",
+        "[geometry]\nobj = [\"planes.obj\"]\n[[camera]]\nposition = [0, 5, 5]\nlook_at = [0, 0, 0]\n[[light]]\nkind = \"sky\"\n\
+         sun_elevation = 35\nsun_azimuth = 200\nturbidity = 4\nsun = false\n",
+    );
+    let scene = penombre::scene::load::load(&folder.path().join("scene.toml")).expect("loaded").scene;
+    let LightKind::Environment(environment) = scene.lights[0].kind.clone() else { panic!("{:?}", scene.lights) };
+    // By the middles of a grid over the sphere.
+    let irradiance = |normal: Vec3| {
+        let (rings, turns) = (720_u16, 1440_u16);
+        let mut sum = glam::DVec3::ZERO;
+        for ring in 0..rings {
+            let height = 1.0 - 2.0 * (f32::from(ring) + 0.5) / f32::from(rings);
+            let sine = (1.0 - height * height).sqrt();
+            for turn in 0..turns {
+                let (x, z) = ((f32::from(turn) + 0.5) / f32::from(turns) * 2.0 * PI).sin_cos();
+                let direction = Vec3::new(sine * x, height, sine * z);
+                sum += (environment.radiance(direction) * normal.dot(direction).max(0.0)).as_dvec3();
+            }
+        }
+        (sum * 4.0 * std::f64::consts::PI / (f64::from(rings) * f64::from(turns))).as_vec3()
+    };
+    let ids: Vec<TriangleId> = (0..4).map(TriangleId).collect();
+    let mirror = solve(&mut engine(scene.clone(), 1, 1), &front(&ids), Vec3::new(0.0, 5.0, 5.0));
+    let (bvh, lights) = (Bvh::build(&scene), Lights::new(&scene));
+    for (ids, normal, middle) in
+        [(&ids[..2], Vec3::Y, Vec3::new(0.5, 0.0, 0.5)), (&ids[2..], Vec3::Z, Vec3::new(500.5, 0.5, 0.0))]
+    {
+        let expected = irradiance(normal) / PI;
+        for found in all_slots(&mirror, ids) {
+            assert!((found / expected - 1.0).abs().max_element() < 0.01, "{normal}: {found}, not {expected}");
+        }
+        let context = SceneContext::new(&scene, &bvh, &lights, 1, scene.scale());
+        let position = middle + normal * 3.0;
+        let up = if normal == Vec3::Y { Vec3::Z } else { Vec3::Y };
+        let camera = Camera { position, look_at: middle, up, vertical_fov: 1.0 };
+        let view = scene.view(&camera, ImageSize { width: 16, height: 16 });
+        let mut accumulator = Accumulator::new(&view);
+        let direct = Settings { filter: Filter::Box, transport: Transport::Direct, strategy: Strategy::Both };
+        (0..256).for_each(|_| assert!(accumulator.pass(&context, &view, direct, || false).finished));
+        let image = accumulator.image();
+        // The grey of a face without a material.
+        let found = image.mean.iter().map(|m| m.truncate()).sum::<Vec3>() / (image.mean.len() as f32 * 0.8);
+        assert!((found / expected - 1.0).abs().max_element() < 0.01, "{normal}: {found}, not {expected}");
+    }
 }
