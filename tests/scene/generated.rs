@@ -59,7 +59,7 @@ fn committed_files_are_what_the_generator_writes() {
         assert!(same, "{} differs: run cargo run --release --example make-scenes", file.display());
     }
     let mut present = BTreeSet::new();
-    for folder in ["cornell_box", "gltf_samples", "moonlit_library"] {
+    for folder in ["cornell_box", "gltf_samples", "moonlit_library", "spheres"] {
         files_under(&committed(), &committed().join(folder), &mut present);
     }
     assert_eq!(present, written, "files that nothing writes");

@@ -14,6 +14,7 @@ mod paint;
 mod rng;
 pub mod samples;
 mod shapes;
+pub mod spheres;
 mod stairs;
 mod textures;
 mod toml;
@@ -37,13 +38,14 @@ pub fn library_glb() -> io::Result<Vec<u8>> {
     library_glb::bytes().map_err(io::Error::other)
 }
 
-/// Writes both scenes and the samples under `folder` and returns the files' paths, relative to it.
+/// Writes all scenes and the samples under `folder` and returns the files' paths, relative to it.
 ///
 /// # Errors
 /// If a texture cannot be encoded or a file cannot be written.
 pub fn generate(folder: &Path) -> io::Result<Vec<PathBuf>> {
     let mut files = cornell::files();
     files.extend(library::files().map_err(io::Error::other)?);
+    files.extend(spheres::files());
     files.extend(samples::files().map_err(io::Error::other)?);
     for file in &files {
         let path = folder.join(&file.path);
