@@ -25,7 +25,7 @@ pub fn files() -> Vec<File> {
         scene("lamp", format!("[geometry]\ngltf = [\"spheres.glb\"]\nobj = [\"lamp.obj\"]\n{CAMERA}")),
         scene(
             "sky",
-            light("kind = \"sky\"\nturbidity = 3\nsun_elevation = 40\nsun_azimuth = 150\n\n[display]\nexposure = -4\n"),
+            light("kind = \"sky\"\nturbidity = 3\nsun_elevation = 40\nsun_azimuth = 150\n\n[display]\nexposure = -5.5\n"),
         ),
         scene("even", light("kind = \"environment\"\nradiance = [1, 1, 1]\n")),
         scene(
@@ -53,7 +53,7 @@ fn spheres() -> Glb {
     }
     // Matt without a highlight: a Phong material of ours.
     let matt = json!({
-        "name": "grey", "extras": {"penombre": {"ks": [0, 0, 0], "ns": 0}},
+        "name": "grey", "extras": {"penombre": {"ks": [0, 0, 0], "ns": 1}},
         "pbrMetallicRoughness": {"baseColorFactor": [0.6, 0.6, 0.6, 1.0], "metallicFactor": 0.0}
     });
     let matt = glb.push("materials", matt);
