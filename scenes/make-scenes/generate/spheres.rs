@@ -25,7 +25,9 @@ pub fn files() -> Vec<File> {
         scene("lamp", format!("[geometry]\ngltf = [\"spheres.glb\"]\nobj = [\"lamp.obj\"]\n{CAMERA}")),
         scene(
             "sky",
-            light("kind = \"sky\"\nturbidity = 3\nsun_elevation = 40\nsun_azimuth = 150\n\n[display]\nexposure = -5.5\n"),
+            light(
+                "kind = \"sky\"\nturbidity = 3\nsun_elevation = 40\nsun_azimuth = 150\n\n[display]\nexposure = -5.5\n",
+            ),
         ),
         scene("even", light("kind = \"environment\"\nradiance = [1, 1, 1]\n")),
         scene(
