@@ -36,7 +36,7 @@ pub struct SlotRecord {
     pub(super) first_between: Link<BetweenId>,
 }
 
-/// The highlight of a surface, by its place among those of the scene ([`super::glosses`]).
+/// The highlight of a surface, by its place among those of the scene (`cache::glosses`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct GlossId(pub(super) u16);
 
