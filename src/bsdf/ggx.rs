@@ -181,6 +181,12 @@ impl GgxLobe {
         fresnel * (self.distribution(half) * masked / (4.0 * self.cosine * cosine))
     }
 
+    /// The same where facets reflect all light, over its albedo, sr⁻¹.
+    pub(super) fn shape(&self, to_light: Vec3) -> f32 {
+        let white = Self { facets: Microfacets { f0: Vec3::ONE, ..self.facets }, ..*self };
+        white.value_once(to_light).x / self.once.whole.max(f32::MIN_POSITIVE)
+    }
+
     /// Share of facets of normal `half`, D, sr⁻¹.
     fn distribution(&self, half: Vec3) -> f32 {
         let a2 = self.alpha * self.alpha;

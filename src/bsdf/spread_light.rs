@@ -15,6 +15,8 @@ pub struct SpreadLight {
 
 /// One direction has no finite sharpness: above this the light is narrower than any highlight.
 const SHARPEST: f32 = 0.999_99;
+/// Light is no wider than from all around.
+const LEAST: f32 = 1e-3;
 /// Concentration of an even hemisphere.
 const EVEN: f32 = 0.5;
 
@@ -38,21 +40,17 @@ impl SpreadLight {
     /// vectors are \[Wang09\]. Light from one direction is exact, and so is that of an even hemisphere, whose factor narrower light takes part
     /// in less and less.
     pub(super) fn in_ggx_lobe(&self, lobe: &GgxLobe) -> Vec3 {
-        let seen = |axis: Vec3, concentration: f32| {
-            let wide = lobe.widened(0.5 / sharpness(concentration));
-            wide.value_once(axis) / wide.albedo_once().max(Vec3::splat(f32::MIN_POSITIVE))
-        };
-        let found = seen(self.axis, self.concentration);
+        let seen = |axis: Vec3, concentration: f32| lobe.widened(0.5 / sharpness(concentration)).shape(axis);
         let even = seen(lobe.normal(), EVEN) * PI;
         let share = ((1.0 - self.concentration) / (1.0 - EVEN)).clamp(0.0, 1.0);
-        let gain = Vec3::ONE + (even.recip() - Vec3::ONE) * share;
+        let found = seen(self.axis, self.concentration) * (1.0 + (even.recip() - 1.0) * share);
         let again = lobe.again(lobe.normal().dot(self.axis), self.concentration);
-        lobe.albedo_once() * found * gain + again
+        lobe.albedo_once_of(self.axis, share) * found + again
     }
 }
 
 fn sharpness(concentration: f32) -> f32 {
-    let r = concentration.min(SHARPEST);
+    let r = concentration.clamp(LEAST, SHARPEST);
     r * (3.0 - r * r) / (1.0 - r * r)
 }
 

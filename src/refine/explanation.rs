@@ -31,8 +31,10 @@ pub struct Face {
     pub side: &'static str,
     /// Its material.
     pub material: String,
-    /// Phong exponent of its highlights; none where it has none.
+    /// Phong exponent of its highlights; none where it has none, or others.
     pub shininess: Option<f32>,
+    /// Perceptual roughness of its highlights of microfacets, without the texture; none where it has none, or others.
+    pub roughness: Option<f32>,
 }
 
 /// A triangle of the hierarchy.

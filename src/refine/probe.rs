@@ -15,6 +15,7 @@ use crate::cache::pixels::{weights_in_plane, weights_on_ray};
 use crate::cache::slot::{COVERED_WEIGHT, Eye};
 use crate::estimate::visibility::{Origin, Visibility};
 use crate::scene::FaceId;
+use crate::scene::material::Model;
 use glam::Vec3;
 
 /// A pixel that is asked about.
@@ -75,11 +76,16 @@ impl Engine {
 
     fn face(&self, face: FaceId) -> Face {
         let material = self.scene.material(face.triangle());
+        let (shininess, roughness) = match &material.model {
+            Model::Phong(phong) => (material.is_glossy().then_some(phong.shininess), None),
+            Model::MetallicRoughness(model) => (None, Some(model.roughness)),
+        };
         Face {
             triangle: face.triangle().0,
             side: if face.is_back() { "back" } else { "front" },
             material: material.name.clone(),
-            shininess: material.is_glossy().then_some(material.phong().shininess),
+            shininess,
+            roughness,
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::environment::Picture;
 use super::texel::{MAX_VALUE, srgb_to_linear};
-use super::textures::{MAX_SIDE, enough_memory};
+use super::textures::{enough_memory, extent};
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageReader};
 use rayon::prelude::*;
@@ -84,13 +84,7 @@ fn decode(path: &Path) -> Result<DynamicImage, String> {
     // What it takes is asked below.
     reader.no_limits();
     let decoder = reader.into_decoder().map_err(|e| say(&e))?;
-    let (width, height) = decoder.dimensions();
-    if width == 0 || height == 0 {
-        return Err(say(&"the image has no pixels"));
-    }
-    if width.max(height) > MAX_SIDE {
-        return Err(say(&format!("{width} × {height} pixels, and {MAX_SIDE} a side are the most")));
-    }
+    let [width, height] = extent(&decoder).map_err(|e| say(&e))?;
     let need = data.len() + decoder.total_bytes() + u64::from(width) * u64::from(height) * BYTES_A_TEXEL;
     enough_memory(need).map_err(|why| say(&format!("{width} × {height} pixels: {why}")))?;
     DynamicImage::from_decoder(decoder).map_err(|e| say(&e))

@@ -3,6 +3,7 @@
 use super::mipmap;
 use super::texel::{of_linear, of_shared_exponent, of_srgb};
 use glam::{Vec2, Vec3};
+use std::sync::OnceLock;
 
 pub(crate) use super::texel::SRGB;
 pub use super::texel::{Encoding, srgb_to_linear};
@@ -38,6 +39,8 @@ pub struct Texture {
     encoding: Encoding,
     /// Largest value of a channel.
     peak: f32,
+    /// See [`Self::mean`]: several ask.
+    mean: OnceLock<Vec3>,
 }
 
 impl Texture {
@@ -63,7 +66,7 @@ impl Texture {
         };
         let extents = mipmap::extents(width, height);
         mipmap::extend(&mut texels, &extents, encoding);
-        Self { name, extents, texels, encoding, peak }
+        Self { name, extents, texels, encoding, peak, mean: OnceLock::new() }
     }
 
     /// What the texels mean.
@@ -127,6 +130,10 @@ impl Texture {
     /// Mean linear RGB over all texels of level 0.
     #[must_use]
     pub fn mean(&self) -> Vec3 {
+        *self.mean.get_or_init(|| self.add_up())
+    }
+
+    fn add_up(&self) -> Vec3 {
         // Row by row, so that f32 does not lose what it adds to a large sum.
         let [width, height] = self.extents[0];
         let rows = self.texels.chunks(width as usize).take(height as usize);

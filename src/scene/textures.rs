@@ -186,6 +186,18 @@ fn decode_jobs(jobs: &[Job<'_>]) -> Vec<Result<Decoded, String>> {
     results.collect()
 }
 
+/// Width and height of an image that is neither empty nor too large.
+pub(super) fn extent(decoder: &impl ImageDecoder) -> Result<[u32; 2], String> {
+    let (width, height) = decoder.dimensions();
+    if width == 0 || height == 0 {
+        return Err("the image has no pixels".into());
+    }
+    if width.max(height) > MAX_SIDE {
+        return Err(format!("{width} × {height} texels, and {MAX_SIDE} a side are the most"));
+    }
+    Ok([width, height])
+}
+
 /// Says why not, with figures, where there is less.
 pub(super) fn enough_memory(need: u64) -> Result<(), String> {
     fits(need, memory::available().unwrap_or(UNKNOWN_MEMORY))
@@ -226,13 +238,7 @@ impl Job<'_> {
         // What it takes is asked below.
         reader.no_limits();
         let decoder = reader.into_decoder().map_err(|e| say(&e))?;
-        let (width, height) = decoder.dimensions();
-        if width == 0 || height == 0 {
-            return Err(say(&"the image has no pixels"));
-        }
-        if width.max(height) > MAX_SIDE {
-            return Err(say(&format!("{width} × {height} texels, and {MAX_SIDE} a side are the most")));
-        }
+        let [width, height] = extent(&decoder).map_err(|e| say(&e))?;
         let chain = 4 * mipmap::chain_length(&mipmap::extents(width, height)) as u64;
         let need = held + decoder.total_bytes() + 2 * chain * self.recipes.len() as u64;
         if !may_take(need).map_err(|why| say(&format!("{width} × {height} texels: {why}")))? {

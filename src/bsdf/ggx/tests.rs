@@ -168,3 +168,18 @@ fn spread_light_tends_to_both_ends() {
         }
     }
 }
+
+/// A facet that reflects nothing of a colour at normal incidence makes no number that is none.
+#[test]
+fn pure_colours_stay_finite() {
+    for roughness in ROUGHNESS {
+        for concentration in [0.0, 0.3, 0.5, 0.7, 1.0] {
+            let facets = Microfacets::new(roughness, Vec3::X);
+            let lobe = GgxLobe::new(facets, Vec3::Z, Vec3::Z);
+            for axis in [Vec3::Z, Vec3::new(0.6, 0.0, 0.8), Vec3::X] {
+                let found = SpreadLight { axis, concentration }.in_ggx_lobe(&lobe);
+                assert!(found.is_finite() && found.min_element() >= 0.0, "{roughness} {concentration} {axis}: {found}");
+            }
+        }
+    }
+}
