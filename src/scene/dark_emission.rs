@@ -11,19 +11,22 @@ const FAINT: f64 = 1.0 / 64.0;
 
 /// Gives triangles of materials from number `first` on that show a black part of their emission texture a material that does not emit.
 pub(super) fn leave_out(scene: &mut Scene, first: usize) {
-    for number in first..scene.materials.len() {
-        let material = &scene.materials[number];
-        let Some(map) = material.map_ke.filter(|_| !material.unlit) else { continue };
-        let bright = Bright::of(scene.texture(&map));
-        let is_dark = |t: usize| scene.triangle_materials[t].0 as usize == number && !bright.is_in(&map, scene.uvs[t]);
-        let dark: Vec<usize> = (0..scene.triangles.len()).filter(|&t| is_dark(t)).collect();
-        if dark.is_empty() {
+    let of_material = |(number, material): (usize, &Material)| {
+        let map = material.map_ke.filter(|_| number >= first && !material.unlit)?;
+        Some((map, Bright::of(scene.texture(&map))))
+    };
+    let bright: Vec<Option<(TextureMap, Bright)>> = scene.materials.iter().enumerate().map(of_material).collect();
+    let mut twins: Vec<Option<MaterialId>> = vec![None; bright.len()];
+    for (material, &uvs) in scene.triangle_materials.iter_mut().zip(&scene.uvs) {
+        let number = material.0 as usize;
+        if bright[number].as_ref().is_none_or(|(map, bright)| bright.is_in(map, uvs)) {
             continue;
         }
-        let twin = Material { ke: Vec3::ZERO, map_ke: None, ..material.clone() };
-        let id = MaterialId(scene.materials.len() as u32);
-        scene.materials.push(twin);
-        dark.into_iter().for_each(|t| scene.triangle_materials[t] = id);
+        *material = *twins[number].get_or_insert_with(|| {
+            let twin = Material { ke: Vec3::ZERO, map_ke: None, ..scene.materials[number].clone() };
+            scene.materials.push(twin);
+            MaterialId(scene.materials.len() as u32 - 1)
+        });
     }
 }
 
