@@ -164,7 +164,7 @@ fn faults_have_their_lines() {
 fn pictures_that_are_too_large_or_cut_off_are_refused() {
     let text = "[[light]]\nkind = \"environment\"\nfile = \"p.hdr\"\n";
     for (content, words) in [
-        ("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 40000 +X 80000\n", "80000 × 40000 pixels"),
+        ("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 40000 +X 80000\n", "80000 × 40000 texels"),
         ("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 64 +X 128\nshort", "p.hdr"),
         ("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 0 +X 0\n", "p.hdr"),
         ("", "p.hdr"),
