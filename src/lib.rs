@@ -42,6 +42,7 @@ pub mod reference;
 pub mod refine;
 pub mod scene;
 pub mod session;
+pub mod store;
 pub mod system;
 pub mod trace;
 pub mod vk;

@@ -103,6 +103,12 @@ pub fn threads() -> Option<Vec<ThreadTime>> {
     of_machine::threads()
 }
 
+/// Memory that programs can still have without others being written to disk, bytes.
+#[must_use]
+pub fn available_memory() -> Option<u64> {
+    of_machine::available_memory()
+}
+
 /// The most memory that this process has held at once, bytes.
 #[must_use]
 pub fn peak_memory() -> Option<u64> {
@@ -133,6 +139,10 @@ mod of_machine {
 
     pub fn memory() -> Option<u64> {
         Some(Meminfo::current().ok()?.mem_total)
+    }
+
+    pub fn available_memory() -> Option<u64> {
+        Meminfo::current().ok()?.mem_available
     }
 
     pub fn threads() -> Option<Vec<ThreadTime>> {
@@ -171,6 +181,10 @@ mod of_machine {
     }
 
     pub const fn memory() -> Option<u64> {
+        None
+    }
+
+    pub const fn available_memory() -> Option<u64> {
         None
     }
 

@@ -13,13 +13,14 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("error", &["scene"]),
     ("system", &[]),
     ("trace", &[]),
+    ("store", &["math", "error"]),
     ("scene", &["math", "error", "trace"]),
     ("geom", &["math", "error", "scene"]),
     ("bsdf", &["math", "scene"]),
     ("light", &["math", "error", "scene", "geom", "bsdf"]),
     ("estimate", &["math", "error", "scene", "geom", "bsdf", "light"]),
     ("cache", &["math", "error", "scene", "geom", "bsdf", "light", "estimate"]),
-    ("refine", &["math", "error", "scene", "geom", "bsdf", "light", "estimate", "cache", "trace"]),
+    ("refine", &["math", "error", "scene", "geom", "bsdf", "light", "estimate", "cache", "store", "trace"]),
     ("reference", &["math", "error", "scene", "geom", "bsdf", "light", "image"]),
     ("bench", &["math", "scene", "geom", "bsdf", "light", "estimate", "image", "reference", "refine::workers"]),
     ("image", &["math", "error", "scene"]),
@@ -30,8 +31,8 @@ const MAY_USE: &[(&str, &[&str])] = &[
     (
         "session",
         &[
-            "math", "error", "scene", "geom", "light", "estimate", "refine", "vk", "pass", "image", "log", "system",
-            "trace",
+            "math", "error", "scene", "geom", "light", "estimate", "refine", "vk", "pass", "image", "log", "store",
+            "system", "trace",
         ],
     ),
 ];

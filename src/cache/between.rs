@@ -52,7 +52,12 @@ pub struct BetweenLists {
     inside: Vec<(SlotId, f32)>,
     /// By entry of `inside`: the next slot that lies between the same and others.
     next: Vec<Link<BetweenId>>,
+    /// First entries of lists that were given back, by length: coarse ones, and those inside the faces.
+    free: [[Vec<u32>; MOST + 1]; 2],
 }
+
+/// Slots that one lies between at most.
+const MOST: usize = 6;
 
 impl BetweenLists {
     /// The list at a place, if there is one.
@@ -64,17 +69,35 @@ impl BetweenLists {
 
     /// Adds a list.
     pub(super) fn add(&mut self, between: Between<'_>) -> Place {
-        let lists = if between.coarse { &mut self.coarse } else { &mut self.inside };
-        let place = Place::new(lists.len(), between.of.len(), between.coarse);
-        reserve(lists, between.of.len());
-        lists.extend_from_slice(between.of);
-        place
+        let (lists, len) = (if between.coarse { &mut self.coarse } else { &mut self.inside }, between.of.len());
+        let first = match self.free[usize::from(between.coarse)][len].pop() {
+            Some(first) => {
+                lists[first as usize..first as usize + len].copy_from_slice(between.of);
+                first as usize
+            }
+            None => {
+                reserve(lists, len);
+                lists.extend_from_slice(between.of);
+                lists.len() - len
+            }
+        };
+        if !between.coarse && self.next.len() < self.inside.len() {
+            reserve(&mut self.next, len);
+            self.next.resize(self.inside.len(), Link::NONE);
+        }
+        Place::new(first, len, between.coarse)
     }
 
-    /// Links the next entry of lists inside the faces.
-    pub(super) fn link(&mut self, next: Link<BetweenId>) {
-        reserve(&mut self.next, 1);
-        self.next.push(next);
+    /// Gives a list back.
+    pub(super) fn remove(&mut self, list: Place) {
+        if list.len() > 0 {
+            self.free[usize::from(list.is_coarse())][list.len()].push(list.first() as u32);
+        }
+    }
+
+    /// Sets the next slot that lies between the same as an entry of a list inside the faces and others.
+    pub(super) fn link(&mut self, list: Place, entry: usize, next: Link<BetweenId>) {
+        self.next[list.first() + entry] = next;
     }
 
     /// The next slot that lies between the same as an entry of a list and others.
@@ -88,8 +111,17 @@ impl BetweenLists {
         list.iter_mut().zip(weights).for_each(|((_, old), new)| *old = new);
     }
 
+    /// Bytes of lists that were given back.
+    pub(super) fn free_bytes(&self) -> usize {
+        let [inside, coarse] = &self.free;
+        let entries = |lists: &[Vec<u32>]| lists.iter().zip(0..).map(|(list, len)| list.len() * len).sum::<usize>();
+        (entries(inside) + entries(coarse)) * size_of::<(SlotId, f32)>() + entries(inside) * 4
+    }
+
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
-        (self.coarse.capacity() + self.inside.capacity()) * size_of::<(SlotId, f32)>() + self.next.capacity() * 4
+        let free: usize = self.free.iter().flatten().map(Vec::capacity).sum();
+        let entries = self.coarse.len() + self.inside.len();
+        entries * size_of::<(SlotId, f32)>() + (self.next.len() + free) * 4
     }
 }

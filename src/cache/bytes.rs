@@ -7,6 +7,7 @@ use super::slot::SlotRecord;
 use super::store::Cache;
 use super::topology::Node;
 use super::vertex::Vertex;
+use std::sync::Arc;
 
 // A regular mesh has 4/3 nodes, half a vertex, half a slot and a drawn triangle a leaf: these and the edges are to take less than 300
 // bytes. A field that makes a record larger takes megabytes in a scene of a million leaves.
@@ -16,14 +17,84 @@ const _: () = assert!(size_of::<Node>() <= 68);
 const _: () = assert!(size_of::<DrawnRecord>() <= 40);
 const _: () = assert!(size_of::<Link<NodeId>>() == 4);
 
+/// Midpoints of a split that no neighbour has made yet.
+const MIDPOINTS: usize = Places::OF_A_SPLIT.vertices;
+/// Bytes of the lists of slots between others, and of what uses a slot.
+const LISTS: usize = 40;
+/// Bytes of what a vertex samples of a light, and of all else: a light vector where it gathers, highlights.
+const SAMPLES_OF_A_LIGHT: usize = 3;
+const SAMPLES: usize = 24;
+
 /// What memory is held for, with the bytes.
 pub type Part = (&'static str, usize);
+
+/// Numbers of places of arenas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Places {
+    /// Of vertices.
+    pub vertices: usize,
+    /// Of slots.
+    pub slots: usize,
+    /// Of nodes.
+    pub nodes: usize,
+    /// Of drawn triangles.
+    pub drawn: usize,
+}
+
+impl Places {
+    /// What a split takes: each midpoint lies on the edges of two faces; triangles of neighbours are drawn anew, too, and those that
+    /// they replace stay until the GPU has heard of it.
+    pub const OF_A_SPLIT: Self = Self { vertices: 2, slots: 3, nodes: 4, drawn: 8 };
+}
 
 impl Cache {
     /// Bytes held by the cache's structures.
     #[must_use]
     pub fn bytes(&self) -> usize {
         self.bytes_by_part().iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Has the radiance grid take no more than so many bytes.
+    pub fn limit_radiance(&mut self, bytes: usize) {
+        Arc::make_mut(&mut self.radiance).limit(bytes);
+    }
+
+    /// Bytes of places that were given back and wait to be used again.
+    #[must_use]
+    pub fn free_bytes(&self) -> usize {
+        self.vertices.free_places() * size_of::<Vertex>()
+            + self.slots.free_places() * size_of::<SlotRecord>()
+            + self.topology.nodes.free_places() * size_of::<Node>()
+            + self.topology.free_edge_bytes()
+            + self.drawn.triangles.free_places() * size_of::<DrawnRecord>()
+            + self.between.free_bytes()
+    }
+
+    /// Bytes by which arenas grow for so many splits, each as if none of its midpoints were there, with these places: with what is
+    /// sampled at the midpoints.
+    #[must_use]
+    pub fn growth(&self, splits: usize, added: &Places) -> usize {
+        let of_layers = self.layers.len() * SAMPLES_OF_A_LIGHT + SAMPLES;
+        let midpoints = MIDPOINTS * splits;
+        added.vertices * size_of::<Vertex>()
+            + midpoints * of_layers
+            + added.slots * (size_of::<SlotRecord>() + LISTS)
+            + added.nodes * size_of::<Node>()
+            + self.topology.edge_growth([3 * splits, midpoints, 0])
+            + added.drawn * size_of::<DrawnRecord>()
+    }
+
+    /// Places that arenas grow by for so many splits: tables go by them.
+    #[must_use]
+    pub fn places_added(&self, splits: usize) -> Places {
+        let Places { vertices, slots, drawn, .. } = Places::OF_A_SPLIT;
+        let one = |count: usize| [count * splits, 0, 0];
+        Places {
+            vertices: self.vertices.growth(one(vertices)),
+            slots: self.slots.growth(one(slots)),
+            nodes: self.topology.nodes.growth([0, 0, splits]),
+            drawn: self.drawn.triangles.growth(one(drawn)),
+        }
     }
 
     /// Bytes held, by what they are held for.

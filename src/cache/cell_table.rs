@@ -53,6 +53,9 @@ pub struct CellTable {
 }
 
 impl CellTable {
+    /// Bytes that a cell takes at most: just after the table has grown.
+    pub const MOST_BYTES: usize = (size_of::<Slot>() * FULL[1]).div_ceil(FULL[0]) * 5 / 4;
+
     /// How many cells there are.
     pub const fn len(&self) -> usize {
         self.used

@@ -84,6 +84,16 @@ impl IndirectLayer {
         }
     }
 
+    /// Replaces what a vertex has gathered: rays, with what is expected of it ([`Self::note_expected`]), and the sums of its slots.
+    pub(super) fn replace(&mut self, vertex: VertexId, (rays, expected): (u32, f32), sums: &[(SlotId, LightVector)]) {
+        if self.gathers.rays.get(vertex) == 0 {
+            self.previous.note_gathered(vertex);
+        }
+        *self.gathers.rays.entry(vertex) = rays;
+        self.gathers.expected.update(vertex, |square| *square = expected);
+        sums.iter().for_each(|(slot, sum)| *self.gathers.sums.entry(*slot) = *sum);
+    }
+
     /// Vertices that gathered before the lights changed, and not since.
     #[must_use]
     pub const fn outdated(&self) -> u64 {
@@ -120,6 +130,16 @@ impl IndirectLayer {
         self.gathers.forget(vertex, slot);
         self.smoothed.reset(slot);
         self.previous.forget(vertex, slot);
+    }
+
+    /// Gives back what a vertex and its slots hold, which are gone.
+    pub(super) fn remove(&mut self, vertex: VertexId, slots: &[SlotId]) {
+        if self.gathers.rays.get(vertex) == 0 {
+            self.previous.note_gathered(vertex);
+        }
+        self.gathers.remove(vertex, slots);
+        self.previous.remove(vertex, slots);
+        slots.iter().for_each(|&slot| self.smoothed.reset(slot));
     }
 
     /// Notes how far a midpoint is expected to deviate from what the ends of its edge predict, or a vertex inside a

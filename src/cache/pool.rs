@@ -23,52 +23,150 @@ pub(super) fn map_bytes<K, V, S>(map: &HashMap<K, V, S>) -> usize {
 #[derive(Clone, Debug)]
 pub struct Pool<I, T> {
     items: Vec<T>,
-    free: Vec<u32>,
-    /// First places of free blocks of four.
-    free_fours: Vec<u32>,
+    /// A bit for each place: whether its value is alive.
+    alive: Vec<u64>,
+    /// Free places, and first places of free blocks of two and four.
+    free: [Vec<u32>; 3],
+    /// How many values are alive.
+    live: usize,
     id: PhantomData<I>,
 }
 
+/// Places of the free lists' blocks.
+const BLOCKS: [usize; 3] = [1, 2, 4];
+/// Bits a word of the marks of what is alive.
+const WORD: usize = u64::BITS as usize;
+
 impl<I, T> Default for Pool<I, T> {
     fn default() -> Self {
-        Self { items: Vec::new(), free: Vec::new(), free_fours: Vec::new(), id: PhantomData }
+        Self { items: Vec::new(), alive: Vec::new(), free: Default::default(), live: 0, id: PhantomData }
     }
 }
 
 impl<I: Id, T> Pool<I, T> {
     /// Stores a value, in a freed place if there is one.
     pub fn insert(&mut self, value: T) -> I {
-        if let Some(number) = self.free.pop() {
-            self.items[number as usize] = value;
-            return I::new(number);
+        self.insert_block([value])
+    }
+
+    /// Stores two values side by side and returns the first's index. They are given back together.
+    pub fn insert_two(&mut self, values: [T; 2]) -> I {
+        self.insert_block(values)
+    }
+
+    /// Stores four values side by side and returns the first's index. They are given back together, so that single free
+    /// places never break a block.
+    pub fn insert_four(&mut self, values: [T; 4]) -> I {
+        self.insert_block(values)
+    }
+
+    fn insert_block<const N: usize>(&mut self, values: [T; N]) -> I {
+        let first = match self.free[list_of(N)].pop() {
+            Some(number) => {
+                (number as usize..).zip(values).for_each(|(at, value)| self.items[at] = value);
+                number
+            }
+            None => {
+                reserve(&mut self.items, N);
+                self.items.extend(values);
+                (self.items.len() - N) as u32
+            }
+        };
+        (0..N).for_each(|at| self.mark(first as usize + at));
+        I::new(first)
+    }
+
+    fn mark(&mut self, at: usize) {
+        if at / WORD >= self.alive.len() {
+            reserve(&mut self.alive, 1);
+            self.alive.push(0);
         }
-        reserve(&mut self.items, 1);
-        self.items.push(value);
-        I::new((self.items.len() - 1) as u32)
+        self.alive[at / WORD] |= 1 << (at % WORD);
+        self.live += 1;
     }
 
     /// Gives a place back. Its value stays readable until it is reused.
     pub fn remove(&mut self, id: I) {
-        debug_assert!(!self.free.contains(&id.number()), "index {} freed twice", id.number());
-        self.free.push(id.number());
+        self.retire(id);
+        self.recycle(id);
     }
 
-    /// Every index handed out, those of places given back included.
-    pub fn ids(&self) -> impl Iterator<Item = I> + use<I, T> {
-        (0..self.items.len() as u32).map(I::new)
+    /// Gives two places back that were stored by [`Self::insert_two`].
+    pub fn remove_two(&mut self, first: I) {
+        self.remove_block(first, 2);
     }
 
-    /// Number of live values.
+    /// Gives four places back that were stored by [`Self::insert_four`].
+    pub fn remove_four(&mut self, first: I) {
+        self.remove_block(first, 4);
+    }
+
+    fn remove_block(&mut self, first: I, places: usize) {
+        (0..places as u32).for_each(|at| self.retire(I::new(first.number() + at)));
+        self.free[list_of(places)].push(first.number());
+    }
+
+    /// Takes a value out of use whose place may not be used again before [`Self::recycle`] gives it back.
+    pub fn retire(&mut self, id: I) {
+        debug_assert!(self.is_alive(id), "index {} given back twice", id.number());
+        self.alive[id.index() / WORD] &= !(1 << (id.index() % WORD));
+        self.live -= 1;
+    }
+
+    /// Gives the place of a retired value back.
+    pub fn recycle(&mut self, id: I) {
+        debug_assert!(!self.is_alive(id), "index {} is in use", id.number());
+        self.free[list_of(1)].push(id.number());
+    }
+
+    /// Whether a value is in use.
     #[must_use]
-    pub fn live(&self) -> usize {
-        self.items.len() - self.free.len() - 4 * self.free_fours.len()
+    pub fn is_alive(&self, id: I) -> bool {
+        self.alive.get(id.index() / WORD).is_some_and(|word| word >> (id.index() % WORD) & 1 == 1)
     }
 
-    /// Bytes held.
+    /// The indices of the values that are alive.
+    pub fn ids(&self) -> impl Iterator<Item = I> + use<I, T> {
+        let alive: Vec<u64> = self.alive.clone();
+        (0..self.items.len()).filter(move |at| alive[at / WORD] >> (at % WORD) & 1 == 1).map(|at| I::new(at as u32))
+    }
+
+    /// Number of values that are alive.
+    #[must_use]
+    pub const fn live(&self) -> usize {
+        self.live
+    }
+
+    /// Places that can be used again.
+    #[must_use]
+    pub fn free_places(&self) -> usize {
+        self.free.iter().zip(BLOCKS).map(|(list, places)| list.len() * places).sum()
+    }
+
+    /// Bytes held. What there is room for beyond was never written, and takes no memory.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.items.capacity() * size_of::<T>() + (self.free.capacity() + self.free_fours.capacity()) * 4
+        let free: usize = self.free.iter().map(|list| list.capacity() * 4).sum();
+        self.items.len() * size_of::<T>() + self.alive.len() * 8 + free
     }
+
+    /// Places, in use or free.
+    #[must_use]
+    pub const fn places(&self) -> usize {
+        self.items.len()
+    }
+
+    /// How many places will be added for so many blocks of one, two and four.
+    #[must_use]
+    pub fn growth(&self, blocks: [usize; 3]) -> usize {
+        let wanted = self.free.iter().zip(blocks).zip(BLOCKS);
+        wanted.map(|((free, blocks), places)| blocks.saturating_sub(free.len()) * places).sum()
+    }
+}
+
+/// Which free list holds blocks of so many places.
+const fn list_of(places: usize) -> usize {
+    places.trailing_zeros() as usize
 }
 
 impl<I: Id, T> Index<I> for Pool<I, T> {
@@ -82,31 +180,6 @@ impl<I: Id, T> Index<I> for Pool<I, T> {
 impl<I: Id, T> IndexMut<I> for Pool<I, T> {
     fn index_mut(&mut self, id: I) -> &mut T {
         &mut self.items[id.index()]
-    }
-}
-
-impl<I: Id, T> Pool<I, T> {
-    /// Stores four values side by side and returns the first's index. They are given back together, so that single free
-    /// places never break a block.
-    pub fn insert_four(&mut self, values: [T; 4]) -> I {
-        let first = match self.free_fours.pop() {
-            Some(number) => {
-                (number as usize..).zip(values).for_each(|(at, value)| self.items[at] = value);
-                number
-            }
-            None => {
-                reserve(&mut self.items, 4);
-                self.items.extend(values);
-                (self.items.len() - 4) as u32
-            }
-        };
-        I::new(first)
-    }
-
-    /// Gives four places back that were stored by [`Self::insert_four`].
-    pub fn remove_four(&mut self, first: I) {
-        debug_assert!(!self.free_fours.contains(&first.number()), "block {} freed twice", first.number());
-        self.free_fours.push(first.number());
     }
 }
 
@@ -128,7 +201,7 @@ impl<I, T> Table<I, T> {
     /// Bytes held.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.items.capacity() * size_of::<T>()
+        self.items.len() * size_of::<T>()
     }
 
     /// All values up to the largest index written.
@@ -166,7 +239,7 @@ mod tests {
         let mut pool = Pool::<VertexId, char>::default();
         let (a, b) = (pool.insert('a'), pool.insert('b'));
         pool.remove(a);
-        assert_eq!((pool.live(), pool.ids().count()), (1, 2));
+        assert_eq!((pool.live(), pool.ids().collect::<Vec<_>>(), pool.free_places()), (1, vec![b], 1));
         assert_eq!(pool.insert('c'), a);
         assert_eq!((pool[a], pool[b], pool.ids().count()), ('c', 'b', 2));
     }

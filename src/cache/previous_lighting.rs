@@ -104,6 +104,12 @@ impl PreviousLighting {
         (before / FIRST_SHARE).clamp(least, MOST_FIRST_RAYS.max(least))
     }
 
+    /// Gives back what a vertex and its slots hold, which are gone.
+    pub fn remove(&mut self, vertex: VertexId, slots: &[SlotId]) {
+        self.before.iter_mut().for_each(|(_, gathers)| gathers.remove(vertex, slots));
+        slots.iter().for_each(|&slot| self.guess.reset(slot));
+    }
+
     /// Forgets what was gathered at a vertex of one slot.
     pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
         self.before.iter_mut().for_each(|(_, gathers)| gathers.forget(vertex, slot));
@@ -120,6 +126,13 @@ impl PreviousLighting {
 }
 
 impl Gathers {
+    /// Gives back what a vertex and its slots hold, which are gone.
+    pub fn remove(&mut self, vertex: VertexId, slots: &[SlotId]) {
+        self.rays.reset(vertex);
+        self.expected.reset(vertex);
+        slots.iter().for_each(|&slot| self.sums.reset(slot));
+    }
+
     /// Forgets what a vertex of one slot holds.
     pub fn forget(&mut self, vertex: VertexId, slot: SlotId) {
         if self.rays.get(vertex) > 0 {

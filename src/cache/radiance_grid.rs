@@ -24,7 +24,7 @@ const ENOUGH: f32 = 16.0;
 const ENOUGH_OF_OWN: f32 = 2.0;
 /// Rays of a vertex that may read cells coarser than the finest: what those average over must not stay in the mean.
 const COARSE_FOR: u32 = 512;
-/// No more cells than this are made; where none is, paths go on.
+/// Cells at most where memory is not short.
 const MOST_CELLS: usize = 1 << 21;
 /// Levels of the finest cells that there are.
 const MOST_LEVEL: u32 = FINEST as u32 + DEPTH as u32 - 1;
@@ -44,6 +44,8 @@ pub struct RadianceGrid {
     origin: Vec3,
     /// Its edge, scene units.
     size: f32,
+    /// No more cells than this are made; where none is, paths go on.
+    most_cells: usize,
 }
 
 /// The cells that hold a hit: the finest, of which the others follow.
@@ -75,7 +77,13 @@ impl RadianceGrid {
     /// An empty grid over a scene that begins at `low` and has this diagonal.
     #[must_use]
     pub fn new(low: Vec3, diagonal: f32) -> Self {
-        Self { origin: low - MARGIN * diagonal, size: diagonal * EDGE, ..Self::default() }
+        let cells = CellTable::default();
+        Self { cells, origin: low - MARGIN * diagonal, size: diagonal * EDGE, most_cells: MOST_CELLS }
+    }
+
+    /// Makes no cells any more that would take more than so many bytes in all.
+    pub fn limit(&mut self, bytes: usize) {
+        self.most_cells = (bytes / CellTable::MOST_BYTES).min(MOST_CELLS);
     }
 
     /// The cells of a hit at `position`, on the side of its surface that `facing` points to (of any length), by a ray
@@ -112,7 +120,7 @@ impl RadianceGrid {
             for up in (0..DEPTH).rev() {
                 let key = deposit.key.packed(up);
                 let change = |cell: Cell| cell.with(deposit.radiance, key);
-                match self.cells.len() < MOST_CELLS {
+                match self.cells.len() < self.most_cells {
                     true => self.cells.change_or_make(key, change),
                     false => self.cells.change(key, change),
                 }

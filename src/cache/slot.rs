@@ -134,6 +134,11 @@ impl SlotRecord {
         self.normal.get()
     }
 
+    /// Bits of its shading normal.
+    pub(super) const fn normal_bits(&self) -> u32 {
+        self.normal.bits()
+    }
+
     /// Takes another normal; what is known of its light is of no more use.
     pub(super) fn turn_to(&mut self, normal: Vec3) {
         self.normal = UnitVector::new(normal);
@@ -175,6 +180,12 @@ impl SlotRecord {
     #[must_use]
     pub const fn is_base(&self) -> bool {
         self.rank < INSIDE
+    }
+
+    /// Whether it belongs to a base vertex that may predict others.
+    #[must_use]
+    pub const fn is_coarse(&self) -> bool {
+        (self.rank as usize) < super::coarse_grids::LEVELS
     }
 
     /// Whether it belongs to a base vertex that is not in the order of coarse levels yet.

@@ -60,12 +60,16 @@ impl<T> Page<T> {
         (&mut self.values[rank], grown)
     }
 
-    /// Takes the value of an index out.
-    pub(super) fn remove(&mut self, at: usize) -> Option<T> {
+    /// Takes the value of an index out; returns it, and for how many values fewer there is room now.
+    pub(super) fn remove(&mut self, at: usize) -> Option<(T, usize)> {
         self.has(at).then(|| {
-            let rank = self.rank(at);
+            let (rank, before) = (self.rank(at), self.values.capacity());
             self.written &= !(1 << at);
-            self.values.remove(rank)
+            let value = self.values.remove(rank);
+            if before - self.values.len() >= 2 * MORE {
+                self.values.shrink_to(self.values.len().next_multiple_of(MORE));
+            }
+            (value, before - self.values.capacity())
         })
     }
 }
@@ -110,8 +114,10 @@ impl<I: Id, T: Default + Copy> Sparse<I, T> {
 
     /// Back to the default.
     pub fn reset(&mut self, id: I) {
-        if let Some(page) = self.pages.get_mut(id.index() / PAGE) {
-            page.remove(id.index() % PAGE);
+        if let Some(page) = self.pages.get_mut(id.index() / PAGE)
+            && let Some((_, given_back)) = page.remove(id.index() % PAGE)
+        {
+            self.room -= given_back;
         }
     }
 

@@ -103,18 +103,20 @@ impl Cache {
 
     /// Notes that a new slot lies between others.
     pub(super) fn note_between(&mut self, slot: SlotId, between: Between<'_>) {
+        let list = self.between.add(between);
         // Base vertices are predicted all at once, those of a view (`Cache::refresh_predictions`).
         let linked = if between.coarse { &[] } else { between.of };
         for (place, (other, _)) in (0..).zip(linked) {
             let first = &mut self.slots[*other].first_between;
-            self.between.link(std::mem::replace(first, BetweenId(slot.0 * 8 + place).into()));
+            let next = std::mem::replace(first, BetweenId(slot.0 * 8 + place).into());
+            self.between.link(list, place as usize, next);
         }
         let highest = between.of.iter().map(|(other, _)| self.slots[*other].rank).max().unwrap_or(0);
         let record = &mut self.slots[slot];
         if !between.coarse {
             record.rank = (highest + 1).max(INSIDE);
         }
-        record.between = self.between.add(between);
+        record.between = list;
     }
 
     /// How a node's surface looks inside it.

@@ -4,7 +4,7 @@
 //! Leaves on both sides of an edge stay within one level of each other: a leaf's edge has at most one midpoint that
 //! finer neighbours use, and is drawn through it.
 
-use super::ids::{EdgeId, Id, Link, NodeId, SlotId, VertexId};
+use super::ids::{EdgeId, Link, NodeId, SlotId, VertexId};
 use super::pool::{Pool, Table, map_bytes};
 use crate::scene::FaceId;
 use rustc_hash::FxHashMap;
@@ -26,7 +26,7 @@ pub struct Node {
     /// The node it came from.
     pub parent: Link<NodeId>,
     /// The first of its children.
-    first_child: Link<NodeId>,
+    pub(super) first_child: Link<NodeId>,
     /// The slot of the vertex inside it, if a pixel was sampled there.
     pub pixel_vertex: Link<SlotId>,
     /// Expected square error of interpolating direct D over it, (W·sr⁻¹·m⁻²)², from the surplus at the midpoints of its
@@ -42,7 +42,7 @@ pub struct Node {
 /// The four children of a node, side by side: at its corners 0, 1, 2, and in the middle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Children {
-    first: NodeId,
+    pub(super) first: NodeId,
 }
 
 impl Children {
@@ -77,15 +77,15 @@ impl Default for IndirectError {
 
 /// An edge between two vertices.
 #[derive(Clone, Debug)]
-struct Edge {
+pub(super) struct Edge {
     /// One of its ends: the one that its first half begins at.
     end: VertexId,
     /// Its midpoint, once a node beside it is split.
-    midpoint: Link<VertexId>,
+    pub(super) midpoint: Link<VertexId>,
     /// The first of its halves, which are stored side by side.
-    first_half: Link<EdgeId>,
+    pub(super) first_half: Link<EdgeId>,
     /// First leaf beside it, linked through [`Node::next_on_edge`].
-    first: Link<NodeId>,
+    pub(super) first: Link<NodeId>,
 }
 
 // There are two edges a leaf and more.
@@ -97,7 +97,7 @@ impl Edge {
     }
 
     /// Its halves, if it has any; the first begins at `end`.
-    fn halves(&self) -> Option<[EdgeId; 2]> {
+    pub(super) fn halves(&self) -> Option<[EdgeId; 2]> {
         self.first_half.get().map(|first| [first, EdgeId(first.0 + 1)])
     }
 }
@@ -107,8 +107,8 @@ impl Edge {
 pub struct Topology {
     /// The nodes.
     pub nodes: Pool<NodeId, Node>,
-    edges: Pool<EdgeId, Edge>,
-    base_edges: FxHashMap<[VertexId; 2], EdgeId>,
+    pub(super) edges: Pool<EdgeId, Edge>,
+    pub(super) base_edges: FxHashMap<[VertexId; 2], EdgeId>,
 }
 
 impl Topology {
@@ -131,7 +131,7 @@ impl Topology {
     }
 
     /// Lists a new leaf beside its edges.
-    fn join_edges(&mut self, id: NodeId) {
+    pub(super) fn join_edges(&mut self, id: NodeId) {
         let edges = self.nodes[id].edges;
         self.nodes[id].next_on_edge = edges.map(|edge| self.edges[edge].first);
         edges.iter().for_each(|&edge| self.edges[edge].first = id.into());
@@ -210,16 +210,15 @@ impl Topology {
         let first = self.edges[edge].end;
         let halves = self.edges[edge].halves().unwrap_or_else(|| {
             let ends = if end == first { [end, other] } else { [other, end] };
-            let halves = ends.map(|end| self.edges.insert(Edge::new(end)));
-            debug_assert_eq!(halves[0].number() + 1, halves[1].number(), "edges are never given back");
-            self.edges[edge].first_half = halves[0].into();
-            halves
+            let first = self.edges.insert_two(ends.map(Edge::new));
+            self.edges[edge].first_half = first.into();
+            [first, EdgeId(first.0 + 1)]
         });
         halves[usize::from(first != end)]
     }
 
     /// Takes a node that is no leaf any more off the lists of its edges.
-    fn leave_edges(&mut self, id: NodeId) {
+    pub(super) fn leave_edges(&mut self, id: NodeId) {
         for at in 0..3 {
             let edge = self.nodes[id].edges[at];
             let next = self.nodes[id].next_on_edge[at];
@@ -288,6 +287,16 @@ impl Topology {
     #[must_use]
     pub fn middles(&self, id: NodeId) -> Option<[SlotId; 3]> {
         self.nodes[id].children().map(|children| self.nodes[children.middle()].corners)
+    }
+
+    /// Bytes of edges that were given back.
+    pub(super) fn free_edge_bytes(&self) -> usize {
+        self.edges.free_places() * size_of::<Edge>()
+    }
+
+    /// Bytes by which edges grow for so many blocks of one, two and four.
+    pub(super) fn edge_growth(&self, blocks: [usize; 3]) -> usize {
+        self.edges.growth(blocks) * size_of::<Edge>()
     }
 
     /// Bytes held for edges.

@@ -65,7 +65,7 @@ impl VisibilityTable {
                 *place = word;
                 *room += grown;
             }
-            _ => _ = page.words.remove(at),
+            _ => *room -= page.words.remove(at).map_or(0, |(_, given_back)| given_back),
         }
         if page.bytes[at] == WHOLE {
             self.whole.insert(id, visibility);

@@ -27,6 +27,7 @@ impl RenderArgs {
             moves: Moves::WhenAnswered,
             refresh: self.refresh,
             redraws: self.output.aa,
+            memory: self.memory.budget(),
             budget: self.limits(),
             lose_device_at: self.lose_device_at.clone(),
         }
@@ -75,6 +76,7 @@ impl ViewArgs {
             moves: Moves::AtOnce,
             // Every frame that is drawn is shown, and drawn when it is to be shown.
             refresh: Some(Duration::ZERO),
+            memory: self.memory.budget(),
             budget: Budget::default(),
             lose_device_at: self.lose_device_at.clone(),
             ..Options::default()

@@ -140,6 +140,8 @@ struct Making<'a> {
     watch: Watch,
     /// Whether a picture was doubtful: of those of a path the first speaks for all.
     doubted: bool,
+    /// Whether it was said that there is too little memory, likewise.
+    short_of_memory: bool,
 }
 
 impl<'a> Making<'a> {
@@ -152,7 +154,7 @@ impl<'a> Making<'a> {
     ) -> Result<Self> {
         let log = args.log.as_deref().map(|path| RunLog::create(path, reference)).transpose()?;
         let watch = Watch { progress: Progress::new(args.verbosity.quiet), log };
-        Ok(Self { args, scene, summary, watch, doubted: false })
+        Ok(Self { args, scene, summary, watch, doubted: false, short_of_memory: false })
     }
 
     /// Makes all pictures and writes each when it is done; a signal makes the present one the last. Why the last ended.
@@ -168,6 +170,10 @@ impl<'a> Making<'a> {
                 && let Some(doubt) = session.unfinished(by).or_else(|| black(&still, self.scene, &picture))
             {
                 self.doubted = true;
+                self.warn(&format!("warning: {}{doubt}", picture.prefix()));
+            }
+            if let Some(doubt) = session.memory_doubt().filter(|_| !std::mem::replace(&mut self.short_of_memory, true))
+            {
                 self.warn(&format!("warning: {}{doubt}", picture.prefix()));
             }
             if interrupt::requested() || pictures.count() == 1 {

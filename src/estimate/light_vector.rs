@@ -30,6 +30,9 @@ pub struct LightVector {
 pub const MOST_TURNING: f32 = 2.0;
 
 impl LightVector {
+    /// Words of [`Self::to_words`].
+    pub const WORDS: usize = 9;
+
     /// Adds a sample of a gather for the unit `normal`; one below its horizon counts as dark.
     #[inline]
     pub fn push(&mut self, normal: Vec3, sample: &Sample) {
@@ -52,6 +55,26 @@ impl LightVector {
         self.vector += other.vector;
         self.fluence += other.fluence;
         self.samples += other.samples;
+    }
+
+    /// Its sums as they are stored outside of memory.
+    #[must_use]
+    pub fn to_words(self) -> [u32; Self::WORDS] {
+        let Self { irradiance, squares, vector, fluence, samples } = self;
+        let [[r, g, b], [x, y, z]] = [irradiance, vector].map(|v| v.to_array().map(f32::to_bits));
+        [r, g, b, squares.to_bits(), x, y, z, fluence.to_bits(), samples]
+    }
+
+    /// The sums that these words hold; `None` if they cannot be such.
+    #[must_use]
+    pub fn of_words(words: [u32; Self::WORDS]) -> Option<Self> {
+        let [r, g, b, squares, x, y, z, fluence, samples] = words;
+        let vector = |words: [u32; 3]| Vec3::from_array(words.map(f32::from_bits));
+        let [squares, fluence] = [squares, fluence].map(f32::from_bits);
+        let found = Self { irradiance: vector([r, g, b]), squares, vector: vector([x, y, z]), fluence, samples };
+        let is_light = found.irradiance.min_element() >= 0.0 && squares >= 0.0 && fluence >= 0.0;
+        let is_finite = found.irradiance.is_finite() && found.vector.is_finite() && (squares + fluence).is_finite();
+        (is_light && is_finite).then_some(found)
     }
 
     /// The vector in light that is `factor` times this, by channel; what it holds by luminance changes as the irradiance's does.

@@ -25,10 +25,10 @@ pub enum Origin {
     /// Nothing is known.
     #[default]
     Unknown,
-    /// Taken over from corners that agree.
-    Inferred,
     /// Guessed from what others around see: too faint, or too sure, to be worth a ray yet.
     Deferred,
+    /// Taken over from corners that agree.
+    Inferred,
     /// Traced.
     Sampled,
 }
@@ -105,6 +105,35 @@ impl Visibility {
         let (points, mask) = ((word & ((1 << COUNT_BITS) - 1)) as u32, word >> COUNT_BITS);
         let newest = [mask as u32, (mask >> 32) as u32];
         Self { points, hits: mask.count_ones(), newest, origin: Origin::Sampled, inherited: 0 }
+    }
+
+    /// All of it, where no shorter form holds it: points, visible ones, the newest, how the value came about and what it was.
+    #[must_use]
+    pub fn to_words(self) -> [u32; 5] {
+        let Self { points, hits, newest: [low, high], origin, inherited } = self;
+        [points, hits, low, high, origin as u32 | u32::from(inherited) << 8]
+    }
+
+    /// What these words say; `None` if nothing can be so.
+    #[must_use]
+    pub fn of_words([points, hits, low, high, rest]: [u32; 5]) -> Option<Self> {
+        let origins = [Origin::Unknown, Origin::Deferred, Origin::Inferred, Origin::Sampled];
+        let origin = *origins.get((rest & 255) as usize)?;
+        let inherited = u8::try_from(rest >> 8).ok().filter(|&inherited| inherited <= GUESSES)?;
+        let is_sampled = origin == Origin::Sampled;
+        (hits <= points && is_sampled == (points > 0)).then_some(Self {
+            points,
+            hits,
+            newest: [low, high],
+            origin,
+            inherited,
+        })
+    }
+
+    /// Which of two values of one vertex tells more: that of more points, else the one that is less of a guess.
+    #[must_use]
+    pub const fn worth(self) -> (u32, u8) {
+        (self.points, self.origin as u8)
     }
 
     /// Notes the visibility of the next point.

@@ -1,7 +1,7 @@
 //! The frame log: CSV, one row a frame, flushed as it goes, so that an interrupted run keeps its rows.
 
 use crate::error::{Error, Result};
-use crate::refine::update::EngineStats;
+use crate::refine::update::{EngineStats, MemoryStats};
 use csv::{ByteRecord, Writer};
 use std::fs::File;
 use std::path::{Path, PathBuf};
@@ -33,7 +33,15 @@ const COLUMNS: [&str; 18] = [
 const ERROR_COLUMNS: [&str; 3] = ["rmse", "relmse", "flip"];
 
 /// Columns that came later: behind all others, with a reference or without.
-const LATER_COLUMNS: [&str; 2] = ["stale_specular", "filled_faces"];
+const LATER_COLUMNS: [&str; 7] = [
+    "stale_specular",
+    "filled_faces",
+    "light_mib",
+    "light_free_mib",
+    "evicted_faces",
+    "spilled_clusters",
+    "paged_in_clusters",
+];
 
 /// What the passes of one frame did. Times are GPU timestamps; what did not run is `None`, an empty field.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -133,6 +141,7 @@ impl FrameLog {
             ]);
         }
         fields.extend([u8::from(row.stale_specular).to_string(), row.filled_faces.to_string()]);
+        fields.extend(memory_fields(&row.engine.memory));
         self.write(&fields.iter().collect())
     }
 
@@ -167,6 +176,12 @@ fn fields(row: &FrameRecord, cpu_seconds: f64) -> Vec<String> {
     ]
 }
 
+fn memory_fields(memory: &MemoryStats) -> [String; 5] {
+    let mib = |bytes: u64| format!("{:.2}", bytes as f64 / f64::from(1 << 20));
+    let MemoryStats { held, free, evicted, spilled, paged_in, .. } = *memory;
+    [mib(held), mib(free), evicted.to_string(), spilled.to_string(), paged_in.to_string()]
+}
+
 fn milliseconds(time: Option<Duration>) -> String {
     time.map_or_else(String::new, |t| format!("{:.3}", t.as_secs_f64() * 1e3))
 }
@@ -186,7 +201,8 @@ mod tests {
 
     const HEADER: &str = "frame,time_ms,camera_moved,cpu_ms,visibility_ms,colour_ms,luminance_ms,combine_ms,readback_ms,\
         dirty_parents,children_drawn,queries,query_pixels,rays,vertices,triangles,memory_mib,estimated_error";
-    const LATER: &str = "stale_specular,filled_faces";
+    const LATER: &str =
+        "stale_specular,filled_faces,light_mib,light_free_mib,evicted_faces,spilled_clusters,paged_in_clusters";
 
     fn row(at: Duration) -> FrameRecord {
         let engine = EngineStats {
@@ -225,13 +241,13 @@ mod tests {
         assert_eq!(std::fs::read_to_string(&path).expect("log"), header);
         log.record(&row(Duration::from_millis(40))).expect("row");
         // The log is still open: the row must not wait in a buffer.
-        let first = header + "3,40.000,1,12.500,,,1.500,0.000,,0,,,,1000,20,30,12.3,,1,7\n";
+        let first = header + "3,40.000,1,12.500,,,1.500,0.000,,0,,,,1000,20,30,12.3,,1,7,0.00,0.00,0,0,0\n";
         assert_eq!(std::fs::read_to_string(&path).expect("log"), first);
 
         let mut next = row(Duration::from_micros(80_500));
         next.engine.cpu_seconds += 0.030;
         log.record(&next).expect("row");
-        let second = "3,80.500,1,30.000,,,1.500,0.000,,0,,,,1000,20,30,12.3,,1,7\n";
+        let second = "3,80.500,1,30.000,,,1.500,0.000,,0,,,,1000,20,30,12.3,,1,7,0.00,0.00,0,0,0\n";
         assert_eq!(std::fs::read_to_string(&path).expect("log"), first + second, "CPU time is the frame's own");
     }
 
@@ -250,9 +266,13 @@ mod tests {
         let text = std::fs::read_to_string(&path).expect("log");
         let lines: Vec<&str> = text.lines().collect();
         assert_eq!(lines[0], format!("{HEADER},rmse,relmse,flip,{LATER}"));
-        assert!(lines[1].ends_with(",12.3,2.50000e-1,5.00000e-1,1.25000e-7,1.25000e-1,1,7"), "{}", lines[1]);
-        assert!(lines[2].ends_with(",12.3,,,,,1,7"), "{}", lines[2]);
-        assert!(lines[3].ends_with("5.00000e-1,1.25000e-7,,1,7"), "{}", lines[3]);
+        assert!(
+            lines[1].ends_with(",12.3,2.50000e-1,5.00000e-1,1.25000e-7,1.25000e-1,1,7,0.00,0.00,0,0,0"),
+            "{}",
+            lines[1]
+        );
+        assert!(lines[2].ends_with(",12.3,,,,,1,7,0.00,0.00,0,0,0"), "{}", lines[2]);
+        assert!(lines[3].ends_with("5.00000e-1,1.25000e-7,,1,7,0.00,0.00,0,0,0"), "{}", lines[3]);
     }
 
     #[test]

@@ -124,6 +124,22 @@ pub struct Memory {
     pub triangles: u64,
     /// Bytes held by the light cache and the tables of the view, the queue and the publisher.
     pub cache_bytes: u64,
+    /// Bytes that the light may take; 0 without a limit.
+    pub budget: u64,
+    /// Bytes that it takes as the limit counts them: with what a renderer holds of its slots and triangles.
+    pub held: u64,
+    /// Bytes of that which were given back and wait to be used again.
+    pub free: u64,
+    /// Faces that were evicted, and splits that were undone, for want of memory.
+    pub evicted_faces: u64,
+    /// See [`Self::evicted_faces`].
+    pub coarsened: u64,
+    /// Clusters of faces that were written to the page file, and those that were read back.
+    pub spilled_clusters: u64,
+    /// See [`Self::spilled_clusters`].
+    pub paged_in_clusters: u64,
+    /// Bytes of the page file.
+    pub page_file_bytes: u64,
     /// Bytes held on the device.
     pub device_bytes: u64,
     /// The most bytes that the process held at once; `null` where the system does not tell.

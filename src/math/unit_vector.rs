@@ -19,6 +19,13 @@ impl UnitVector {
         Self((at * STEPS).round().to_array().map(|x| x as i16))
     }
 
+    /// Its bits.
+    #[must_use]
+    pub const fn bits(self) -> u32 {
+        let Self([x, y]) = self;
+        (x as u16 as u32) << 16 | y as u16 as u32
+    }
+
     /// The vector.
     #[must_use]
     #[inline]

@@ -31,7 +31,7 @@ impl Engine {
     }
 
     /// Brings faces up to date, after all first visits.
-    fn bring_up_to_date(&mut self, indices: &[usize]) {
+    pub(super) fn bring_up_to_date(&mut self, indices: &[usize]) {
         if indices.is_empty() {
             return;
         }

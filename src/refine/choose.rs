@@ -49,6 +49,7 @@ impl Engine {
             return work;
         }
         let most = ((self.stats.rays - self.view.began) / RAYS_A_TASK).clamp(TASKS, MOST_TASKS);
+        let most = self.memory.budget.map_or(most, |_| most.min(self.memory.tasks.max(1)));
         let has_room = |work: &Work| {
             (work.tasks() as u64) < most
                 && u64::from(work.gather_rays) < most * GATHER_RAYS_A_TASK

@@ -5,6 +5,7 @@
 
 use super::error_model::ErrorModel;
 use super::image_error::ImageError;
+use super::memory::{Memory, MemoryStats};
 use super::miss_rate::MissRate;
 use super::options::{Options, Piece};
 use super::outdated_specular::OutdatedSpecular;
@@ -104,6 +105,7 @@ pub struct Engine {
     pub(super) rounds: Option<Rounds>,
     pub(super) stats: EngineStats,
     pub(super) smoothing: Smoothing,
+    pub(super) memory: Memory,
     /// Clocks of the engine's own thread when it was made.
     born: OwnClock,
 }
@@ -128,6 +130,9 @@ impl OwnClock {
 
 /// Slots whose values take some ten microseconds to list.
 const FEW_SLOTS: usize = 64;
+
+/// Share of a memory budget that the radiance grid may take.
+const FOR_RADIANCE: usize = 4;
 
 /// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until
 /// the options' own is reached.
@@ -166,6 +171,7 @@ impl Engine {
             leaving: Roots::default(),
             stats: EngineStats::default(),
             smoothing: Smoothing::default(),
+            memory: Memory::default(),
             outdated_specular: OutdatedSpecular::default(),
             unrevealed: Vec::new(),
             view_time: None,
@@ -189,6 +195,14 @@ impl Engine {
         &self.bvh
     }
 
+    /// Has the engine hold no more than a budget.
+    pub fn limit_memory(&mut self, memory: Memory) {
+        if let Some(budget) = memory.budget {
+            self.cache.limit_radiance(budget / FOR_RADIANCE);
+        }
+        self.memory = memory;
+    }
+
     /// Has a new view wait so long at most for new faces, and so long for S: what needs no ray, but time.
     pub fn answer_views_within(&mut self, time: Duration) {
         self.view_time = Some(time);
@@ -199,6 +213,7 @@ impl Engine {
         let _batch = trace::span("batch");
         let (start, rays) = (Instant::now(), self.stats.rays);
         loop {
+            self.make_room();
             within("reveal", || self.reveal_some());
             within("specular", || self.evaluate_some_specular());
             if self.is_complete() {
@@ -312,6 +327,7 @@ impl Engine {
             // While nothing visible is lit, any luminance serves to order what may find light.
             mean: Some(self.image.mean()).filter(|mean| *mean > 0.0).unwrap_or(1.0),
             miss_rate: self.miss_rate.expected(),
+            room: self.memory.room,
         }
     }
 
@@ -354,9 +370,11 @@ impl Engine {
         self.stats.cpu_seconds =
             self.workers.cpu_seconds() + now.outside_jobs().saturating_sub(self.born.outside_jobs()) as f64 * 1e-9;
         self.stats.triangles = (self.cache.drawn.triangles.live() - self.publisher.retired()) as u64;
-        let tables =
-            self.view.bytes() + self.scheduler.bytes() + self.publisher.bytes() + self.outdated_specular.bytes();
-        self.stats.cache_bytes = (self.cache.bytes() + tables) as u64;
+        let held = self.held_bytes();
+        self.stats.cache_bytes = (held - self.publisher.mirror_bytes(&self.cache)) as u64;
+        let (budget, held, free) =
+            (self.memory.budget.unwrap_or(0) as u64, held as u64, self.cache.free_bytes() as u64);
+        self.stats.memory = MemoryStats { budget, held, free, ..self.memory.stats };
         self.stats.unlit = self.scheduler.first_visits() as u64;
         self.stats.outdated = self.cache.indirect.outdated();
         self.stats.outdated_specular = self.outdated_specular.len() as u64;

@@ -1,6 +1,7 @@
 //! What a task is worth: expected drop of the image's square error a ray (docs/method/what-to-trace-next.md).
 
 use super::image_error::LeafError;
+use super::memory::Room;
 use super::options::{Options, Piece, Priority};
 use super::reflectances::Reflectances;
 use super::view::ViewState;
@@ -29,6 +30,8 @@ pub struct ErrorModel<'a> {
     pub mean: f32,
     /// Square error expected where nothing has been seen, relative to what a leaf shows.
     pub miss_rate: f32,
+    /// What there is memory for.
+    pub room: Room,
 }
 
 /// Weight of an edge's contrast against measured surplus: discontinuities not seen yet.
@@ -216,7 +219,11 @@ impl ErrorModel<'_> {
     #[must_use]
     pub fn pixel_sample_key(&self, id: NodeId) -> f32 {
         let leaf = &self.view.leaves[id];
-        if !self.samples_pixels() || !self.view.is_one_pixel(id) || self.settled(id).is_some() {
+        if !self.room.for_vertices
+            || !self.samples_pixels()
+            || !self.view.is_one_pixel(id)
+            || self.settled(id).is_some()
+        {
             return 0.0;
         }
         let light = self.leaf(id);
@@ -280,6 +287,9 @@ impl ErrorModel<'_> {
     /// Key of splitting a leaf; 0 if it is not worth it or not allowed.
     #[must_use]
     pub fn split_key(&self, id: NodeId) -> f32 {
+        if !self.room.for_vertices {
+            return 0.0;
+        }
         let node = &self.cache.topology.nodes[id];
         let light = self.leaf(id);
         // A hard edge is a line: a leaf across it is refined until the line is a pixel wide.
@@ -304,6 +314,18 @@ impl ErrorModel<'_> {
         }
         let new = node.edges.iter().filter(|e| self.cache.topology.midpoint(**e).is_none()).count();
         leaf.pixels * error / (1.0 + (VERTEX_COST + self.points_between(node)) * new as f32)
+    }
+
+    /// Whether a split node that covers so many pixels would show the same as a leaf: interpolation between its corners is as good as
+    /// what is known of its middles, or nobody sees the difference.
+    pub(super) fn is_smooth(&self, id: NodeId, pixels: f32) -> bool {
+        /// Pixels of which there is none between a node's corners.
+        const HARDLY_ANY: f32 = 0.5;
+        let nodes = &self.cache.topology.nodes;
+        let Some(child) = nodes[id].children().map(|children| &nodes[children.middle()]) else { return false };
+        let indirect = if nodes[id].indirect_split { child.indirect.surplus } else { 0.0 };
+        let error = (child.direct_surplus + indirect) / CHILD * self.display_gain(self.leaf(id).least);
+        pixels < HARDLY_ANY || error < (self.options.tolerance * self.mean).powi(2)
     }
 
     /// Whether single precision ends here: midpoints of the node's edges would not be apart.

@@ -167,7 +167,7 @@ impl ErrorModel<'_> {
         let known = node.corners.iter().all(is_known);
         let crosses = self.crosses_contact(id);
         let least = self.options.min_pixels * if crosses { HARD_PIXELS } else { 1.0 };
-        if self.view.indirect[id].pixels <= least || !known || self.is_finest(id) {
+        if !self.room.for_vertices || self.view.indirect[id].pixels <= least || !known || self.is_finest(id) {
             return 0.0;
         }
         let mut error = self.indirect_error(id)[0];
@@ -205,7 +205,10 @@ impl ErrorModel<'_> {
         let rays = self.cache.indirect.rays(id);
         // A covered midpoint takes over what is known around; of a base vertex something must be known.
         let is_done = vertex.progress.covered && !vertex.progress.enclosed && (rays > 0 || !self.is_base(id));
-        if rays >= MAX_RAYS || is_done {
+        // The few vertices that predict all others sample at any rate.
+        let predicts = || self.cache.slots_of(id).any(|slot| self.cache.slots[slot].is_coarse());
+        let has_room = rays > 0 || self.room.for_samples || predicts();
+        if rays >= self.room.most_rays(MAX_RAYS) || is_done || !has_room {
             return 0.0;
         }
         if rays == 0 {

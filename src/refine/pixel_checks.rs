@@ -87,6 +87,11 @@ impl PixelChecks {
         self.mismatches.clear();
     }
 
+    /// Forgets the mismatches of a node that is gone.
+    pub fn forget_node(&mut self, node: NodeId) {
+        self.mismatches.remove(&node);
+    }
+
     /// Expected square error of a leaf that was not checked, relative to the square of its reference luminance.
     #[must_use]
     pub fn miss_rate(&self) -> f32 {

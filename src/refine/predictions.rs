@@ -45,6 +45,24 @@ impl Predictions {
         (self.base, self.is_base, self.spread_over) = (Vec::new(), Table::default(), 0);
     }
 
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        let lists = self.base.capacity() * size_of::<Reverse<(u8, VertexId)>>() + self.predicting.capacity() * 4;
+        lists + self.is_base.bytes()
+    }
+
+    /// Forgets vertices that are gone.
+    pub fn retain(&mut self, is_there: impl Fn(VertexId) -> bool) {
+        let is_base = &mut self.is_base;
+        self.base.retain(|Reverse((_, vertex))| {
+            let stays = is_there(*vertex);
+            is_base[*vertex] = stays;
+            stays
+        });
+        self.predicting.retain(|&vertex| is_there(vertex));
+        self.spread_over = self.spread_over.min(self.base.len());
+    }
+
     /// Takes base vertices of a view in, and those that are not yet in the order of coarse levels into it; returns
     /// the slots of these.
     pub fn place(&mut self, cache: &mut Cache, base: &[VertexId], workers: &Workers) -> Vec<SlotId> {

@@ -3,6 +3,7 @@
 use super::update::{Patch, Slot, Update};
 use super::view::ViewState;
 use crate::cache::ascending::ascending;
+use crate::cache::bytes::Places;
 use crate::cache::drawn_mesh::OfNode;
 use crate::cache::ids::{DrawnId, NodeId, SlotId};
 use crate::cache::pool::Table;
@@ -10,6 +11,7 @@ use crate::cache::slot::{COVERED_WEIGHT, Luminance};
 use crate::cache::store::Cache;
 use crate::scene::FaceId;
 use glam::Vec4;
+use rustc_hash::FxHashMap;
 use std::collections::VecDeque;
 
 /// What has been published and what is due.
@@ -25,6 +27,11 @@ pub struct Publisher {
     sequence: u64,
     /// Triangles out of use, with the update that replaced them.
     retired: VecDeque<(u64, DrawnId)>,
+    /// Triangles of faces that are gone, with the faces; triangles of the children of nodes that are leaves again.
+    dropped: Vec<(FaceId, Vec<DrawnId>)>,
+    merged: FxHashMap<NodeId, Vec<DrawnId>>,
+    /// Slots out of use, with the update that replaced the last triangles drawn with them.
+    retired_slots: VecDeque<(u64, SlotId)>,
     /// Update that last listed each triangle, drawn or for its values: the low bits of its number.
     listed: Table<DrawnId, u32>,
 }
@@ -34,7 +41,63 @@ impl Publisher {
     #[must_use]
     pub fn bytes(&self) -> usize {
         let lists = self.changed.capacity() + self.redraw.capacity() + self.revealed.capacity();
-        lists * size_of::<u32>() + self.retired.capacity() * size_of::<(u64, DrawnId)>() + self.listed.bytes()
+        let retired = (self.retired.capacity() + self.retired_slots.capacity()) * size_of::<(u64, DrawnId)>();
+        lists * size_of::<u32>() + retired + self.listed.bytes()
+    }
+
+    /// Bytes of what a renderer holds of slots and triangles.
+    #[must_use]
+    pub fn mirror_bytes(&self, cache: &Cache) -> usize {
+        cache.slots.places() * MIRROR_OF_A_SLOT + cache.drawn.triangles.places() * MIRROR_OF_A_TRIANGLE
+    }
+
+    /// Bytes that so many more places take here and in a renderer.
+    #[must_use]
+    pub const fn bytes_of(added: &Places) -> usize {
+        added.slots * MIRROR_OF_A_SLOT + added.drawn * (MIRROR_OF_A_TRIANGLE + size_of::<u32>())
+    }
+
+    /// Takes the triangles of a face out of use, which is about to go; nothing takes their place.
+    pub fn drop_face(&mut self, cache: &mut Cache, face: FaceId, root: NodeId) {
+        let (mut nodes, mut old) = (vec![root], Vec::new());
+        while let Some(node) = nodes.pop() {
+            nodes.extend(cache.topology.children(node));
+            let triangles = self.retire(cache, node);
+            // What was never sent is not to be taken back.
+            if !triangles.is_empty() && !self.revealed.contains(&node) {
+                old.extend(triangles);
+            }
+            old.extend(self.merged.remove(&node).into_iter().flatten());
+        }
+        if !old.is_empty() {
+            self.dropped.push((face, old));
+        }
+    }
+
+    /// Takes the triangles of a node's children out of use, which is about to become a leaf and will be drawn in their place.
+    pub fn merge(&mut self, cache: &mut Cache, node: NodeId, children: &[NodeId]) {
+        let mut old = Vec::new();
+        for &child in children {
+            old.extend(self.retire(cache, child));
+            old.extend(self.merged.remove(&child).into_iter().flatten());
+        }
+        self.merged.entry(node).or_default().extend(old);
+        self.redraw.push(node);
+    }
+
+    /// Whether anything waits that was drawn for the first time and never sent.
+    pub const fn has_revealed(&self) -> bool {
+        !self.revealed.is_empty()
+    }
+
+    /// Notes slots that are gone: they can be used again once the GPU draws none of their triangles. Nothing is said of them, and of
+    /// nodes that are gone, any more.
+    pub fn retire_slots(&mut self, cache: &Cache, slots: Vec<SlotId>) {
+        self.changed.retain(|&slot| cache.slots.is_alive(slot));
+        self.redraw.retain(|&node| cache.topology.nodes.is_alive(node));
+        self.revealed.retain(|&node| cache.topology.nodes.is_alive(node));
+        let sequence = self.sequence + 1;
+        self.retired_slots.extend(slots.into_iter().map(|slot| (sequence, slot)));
     }
 
     /// Notes that the values of slots have changed.
@@ -97,10 +160,21 @@ impl Publisher {
             let face = cache.topology.nodes[node].face;
             update.patches.push(Patch { face, old: start..start, new: start..end });
         }
+        for (face, old) in std::mem::take(&mut self.dropped) {
+            let start = update.patch_triangles.len() as u32;
+            update.patch_triangles.extend(old);
+            let end = update.patch_triangles.len() as u32;
+            update.patches.push(Patch { face, old: start..end, new: end..end });
+        }
         let mut nodes = std::mem::take(&mut self.redraw);
         ascending(&mut nodes);
         for node in nodes {
-            let old = self.retire(cache, node);
+            let mut old = self.retire(cache, node).to_vec();
+            old.extend(self.merged.remove(&node).into_iter().flatten());
+            if old.is_empty() {
+                // Part of what is drawn anew as a whole.
+                continue;
+            }
             let mut leaves = Vec::new();
             cache.topology.leaves(node, &mut leaves);
             let start = update.patch_triangles.len() as u32;
@@ -180,8 +254,14 @@ impl Publisher {
             self.listed[drawn] = 0;
             cache.drawn.triangles.remove(drawn);
         }
+        let due = self.retired_slots.partition_point(|&(replaced, _)| replaced <= sequence);
+        self.retired_slots.drain(..due).for_each(|(_, slot)| cache.slots.recycle(slot));
     }
 }
+
+/// Bytes of a slot and of a triangle in a renderer: on the host and on the device.
+const MIRROR_OF_A_SLOT: usize = 2 * 40;
+const MIRROR_OF_A_TRIANGLE: usize = 2 * 20 + 12;
 
 /// Lists a leaf's triangles with their definitions.
 fn list(cache: &Cache, update: &mut Update, node: NodeId) {

@@ -40,6 +40,7 @@ impl Engine {
         let now = self.lights.lighting();
         if before != now {
             self.reveal_all();
+            self.memory.relight(mixed.iter().chain(&moved).copied());
             let context = SceneContext::new(&self.scene, &self.bvh, &self.lights, self.options.seed, self.scale);
             mixed.into_iter().for_each(|light| reweight(&context, &mut self.cache, light));
             for vertex in std::mem::take(&mut self.enclosed) {

@@ -59,9 +59,12 @@ impl Engine {
     /// Whether a face was never drawn, or has leaves at whose corners nothing was ever visited, or not since a light moved.
     pub(super) fn is_new(&self, root: NodeId) -> bool {
         let is_visited = |vertex: &VertexId| !self.cache.vertices[*vertex].is_due();
-        let is_drawn = !self.cache.topology.is_leaf(root) || self.cache.drawn.is_drawn(root);
         let mut leaves = Vec::new();
         self.cache.topology.leaves(root, &mut leaves);
+        // All of a face is drawn or nothing; a leaf as part of what was split since.
+        let parent = |node: &NodeId| self.cache.topology.nodes[*node].parent.get();
+        let mut above = std::iter::successors(leaves.first().copied(), parent);
+        let is_drawn = above.any(|node| self.cache.drawn.is_drawn(node));
         !is_drawn || !leaves.iter().all(|&leaf| self.cache.corner_vertices(leaf).iter().all(is_visited))
     }
 

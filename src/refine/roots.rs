@@ -29,6 +29,11 @@ impl Roots {
         }
     }
 
+    /// Drops roots that are gone.
+    pub fn retain(&mut self, is_there: impl Fn(NodeId) -> bool) {
+        self.list.retain(|&root| is_there(root));
+    }
+
     /// Takes the first ones, at most so many; the same one may come twice.
     pub fn take(&mut self, most: usize) -> Vec<NodeId> {
         self.list.drain(..most.min(self.list.len())).collect()

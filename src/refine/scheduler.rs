@@ -4,6 +4,7 @@
 //! that has become worth more is pushed again, and what was queued for it before is void.
 
 use super::bands::Bands;
+use crate::cache::bytes::Places;
 use crate::cache::ids::{NodeId, VertexId};
 use crate::cache::pool::Table;
 use std::collections::VecDeque;
@@ -108,6 +109,13 @@ impl Scheduler {
         first_visits + self.heap.bytes() + self.checks.bytes() + self.vertices.bytes() + self.nodes.bytes()
     }
 
+    /// Bytes that so many more places take.
+    #[must_use]
+    pub const fn bytes_of(added: &Places) -> usize {
+        // With an entry in the queue each.
+        added.nodes * size_of::<[Ticket; 6]>() + added.vertices * size_of::<[Ticket; 5]>()
+    }
+
     /// Drops everything.
     pub fn clear(&mut self) {
         *self = Self::default();
@@ -199,6 +207,11 @@ impl Scheduler {
     /// Queues first visits in this order.
     pub fn push_first_visits(&mut self, vertices: impl Iterator<Item = VertexId>) {
         self.first_visits.extend(vertices);
+    }
+
+    /// Drops first visits of vertices that are gone.
+    pub fn retain_first_visits(&mut self, is_there: impl Fn(VertexId) -> bool) {
+        self.first_visits.retain(|&vertex| is_there(vertex));
     }
 
     /// Takes up to so many first visits.

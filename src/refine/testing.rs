@@ -1,6 +1,7 @@
 //! What keys are computed from, of a square in view, for unit tests.
 
 use super::error_model::ErrorModel;
+use super::memory::Room;
 use super::options::{Options, Pieces, Priority};
 use super::reflectances::Reflectances;
 use super::view::ViewState;
@@ -62,6 +63,7 @@ impl Judged {
             tolerance: self.options.tolerance,
             mean: 1.0,
             miss_rate: 1e-5,
+            room: Room::default(),
         }
     }
 

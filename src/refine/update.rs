@@ -4,6 +4,7 @@
 //! region of one face. A new value, a split and a changed hanging pattern are all patches; where values alone
 //! changed, a patch is one triangle with `old == new`.
 
+pub use super::memory::MemoryStats;
 pub use crate::cache::drawn_mesh::DrawnTriangle;
 pub use crate::cache::ids::{DrawnId, SlotId};
 use crate::scene::FaceId;
@@ -126,6 +127,8 @@ pub struct EngineStats {
     pub triangles: u64,
     /// Bytes held by the cache and the tables of the view, the queue and the publisher.
     pub cache_bytes: u64,
+    /// How that stands to the budget.
+    pub memory: MemoryStats,
     /// CPU time of the engine and its workers, seconds.
     pub cpu_seconds: f64,
     /// The part of it that the engine's own thread spent on jobs that it shares with other threads, seconds.

@@ -3,9 +3,11 @@
 
 use super::pixel_lists::{PixelLists, Span};
 use super::visible_faces::VisibleFaces;
+use crate::cache::bytes::Places;
 use crate::cache::ids::{NodeId, SlotId, VertexId};
 use crate::cache::indirect::SpecularTable;
 use crate::cache::pool::Table;
+use crate::cache::slot::Specular;
 use crate::cache::sparse::Sparse;
 use crate::cache::store::Cache;
 use crate::cache::topology::Children;
@@ -143,6 +145,14 @@ impl ViewState {
             + specular.bytes()
             + light_vectors.bytes();
         tables + lists.bytes() + faces.bytes()
+    }
+
+    /// Bytes that so many more places take in its tables.
+    #[must_use]
+    pub const fn bytes_of(added: &Places) -> usize {
+        added.nodes * (size_of::<LeafView>() + size_of::<IndirectLeafView>())
+            + added.vertices * size_of::<VertexView>()
+            + added.slots * size_of::<Specular>()
     }
 
     /// Whether the view shows a leaf.

@@ -26,6 +26,8 @@ impl Engine {
 
     /// Creates the faces of a view that is to come: what of it needs no ray, and no other face.
     pub fn create_faces(&mut self, visible: &Visible) {
+        self.memory.see(visible.faces.iter().map(|(face, _)| *face));
+        self.page_in(&visible.faces);
         let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
         for &(face, _) in &visible.faces {
             cache.root(scene, weld, face);
@@ -37,6 +39,9 @@ impl Engine {
         self.smoothing.start_anew(self.stats.rays);
         let turns = self.view.eye == visible.eye;
         (self.view.eye, self.view.image) = (visible.eye, visible.image.as_ref().map(|image| image.view));
+        self.memory.see(visible.faces.iter().map(|(face, _)| *face));
+        self.make_room_for_faces(visible);
+        self.page_in(&visible.faces);
         let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
         let FaceChanges { hidden, mut revealed } =
             self.view.faces.replace(&visible.faces, |face| cache.root(scene, weld, face));

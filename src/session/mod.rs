@@ -37,7 +37,7 @@ pub use error_meter::ErrorMeter;
 pub use frame::FrameReport;
 pub use light_engine::{Batches, LightEngine, Pace};
 pub use observer::{Observer, Unobserved};
-pub use options::{Frames, Moves, Options, PixelCounts, Quality, Refinement, Thresholds, thread_count};
+pub use options::{Frames, Moves, Options, PixelCounts, Quality, Refinement, Thresholds, memory_budget, thread_count};
 pub use probe::Probe;
 pub use run_log::RunLog;
 pub use setup::{Gpu, Hierarchy, Opening, owned_engine};

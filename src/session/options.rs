@@ -9,6 +9,7 @@ use crate::pass::{Depth, DepthFormat, DepthOrder, RendererOptions, UpdateMode};
 use crate::refine::options::{Options as EngineOptions, Pieces, Priority};
 use crate::scene::camera::ImageSize;
 use crate::scene::{Display, Scene};
+use crate::system::available_memory;
 use crate::vk::Device;
 use std::time::Duration;
 
@@ -43,6 +44,8 @@ pub struct Options {
     pub refresh: Option<Duration>,
     /// Sub-pixel redraws that a written image is the mean of, ≥ 1: what any of them sees is lit.
     pub redraws: u32,
+    /// Bytes that the light engine may hold at most, if there is a limit.
+    pub memory: Option<u64>,
     /// When the run ends.
     pub budget: Budget,
     /// Frames in which the device is lost on purpose.
@@ -74,6 +77,7 @@ impl Default for Options {
             moves: Moves::default(),
             refresh: None,
             redraws: 1,
+            memory: None,
             budget: Budget::default().or_error(Quality::default().error()),
             lose_device_at: Vec::new(),
         }
@@ -217,6 +221,12 @@ impl PixelCounts {
     pub fn on(self, device: &Device) -> Self {
         if self == Self::Query && !device.report().precise_queries { Self::Image } else { self }
     }
+}
+
+/// Bytes that the light engine may hold: as asked, or half of what is free; no limit where the system does not tell.
+#[must_use]
+pub fn memory_budget(asked: Option<u64>) -> Option<u64> {
+    asked.or_else(|| available_memory().map(|free| free / 2))
 }
 
 /// Number of threads: as asked, or as many as the machine can run at once.

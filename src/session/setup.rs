@@ -8,10 +8,12 @@ use crate::geom::bvh::Bvh;
 use crate::geom::tree::{Primitives, Tree};
 use crate::pass::Renderer;
 use crate::refine::engine::Engine;
+use crate::refine::memory::Memory;
 use crate::refine::thread::{Crew, EngineThread, Pace as ThreadPace};
 use crate::refine::workers::Workers;
 use crate::scene::Scene;
 use crate::scene::geometry::{Geometry, repeats};
+use crate::store::page_file::PageFile;
 use crate::trace::{self, within};
 use crate::vk::{Device, DeviceOptions};
 use std::sync::{Arc, OnceLock};
@@ -169,9 +171,13 @@ pub(super) fn engine_thread(
     };
     let draws_at_once = options.moves == Moves::AtOnce && options.pace == Pace::Free;
     let is_watched = beside_frames || options.moves == Moves::AtOnce;
+    let memory = options.memory.map(limited);
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
     let build = move |workers| {
         let mut engine = Engine::without_hierarchy(scene, workers, options);
+        if let Some(memory) = memory {
+            engine.limit_memory(memory);
+        }
         if is_watched {
             engine.smooth_frames();
         }
@@ -182,6 +188,12 @@ pub(super) fn engine_thread(
     };
     let complete = move |engine: &mut Engine| engine.take_hierarchy(hierarchy);
     EngineThread::spawn(pace, crew, build, complete).map_err(|e| no_threads(&e))
+}
+
+/// A memory budget, with a file for what does not fit in.
+fn limited(bytes: u64) -> Memory {
+    let file = PageFile::create(&PageFile::usual_folder());
+    Memory::limited(usize::try_from(bytes).unwrap_or(usize::MAX), file)
 }
 
 /// An engine that runs in the caller's thread; the pace is the session's.

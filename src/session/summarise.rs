@@ -4,6 +4,7 @@ use super::Session;
 use super::options::{Options, thread_count};
 use super::totals::Totals;
 use crate::log::summary::{Memory, Summary};
+use crate::refine::update::MemoryStats;
 use crate::system;
 use crate::trace;
 use crate::vk::Device;
@@ -22,9 +23,18 @@ impl Totals {
         summary.threads = thread_count(options.threads);
         summary.size = [options.size.width, options.size.height];
         self.clocks(summary, start);
+        let MemoryStats { budget, held, free, evicted, coarsened, spilled, paged_in, file_bytes, .. } = engine.memory;
         summary.memory = Memory {
             triangles: engine.triangles,
             cache_bytes: engine.cache_bytes,
+            budget,
+            held,
+            free,
+            evicted_faces: evicted,
+            coarsened,
+            spilled_clusters: spilled,
+            paged_in_clusters: paged_in,
+            page_file_bytes: file_bytes,
             device_bytes: memory_on_device,
             peak_bytes: system::peak_memory(),
         };

@@ -3,7 +3,8 @@
 use super::clock::Moment;
 use super::{EndedBy, Session};
 use crate::log::summary::AheadPictures;
-use crate::refine::update::EngineStats;
+use crate::refine::update::{EngineStats, MemoryStats};
+use crate::store::page_file::PageFile;
 use std::time::Duration;
 
 /// Totals of a run.
@@ -41,6 +42,30 @@ impl Session {
             last_picture: self.clock.last_picture,
             elapsed: self.clock.since_first_frame(),
         }
+    }
+
+    /// What is to be said of a run for which there was too little memory.
+    #[must_use]
+    pub fn memory_doubt(&self) -> Option<String> {
+        let MemoryStats { budget, held, full, cannot_spill, evicted, .. } = self.stats.memory;
+        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+        if full {
+            let (held, budget) = (mib(held), mib(budget));
+            return Some(format!(
+                "light is coarser than it would be: it takes {held} MiB of --memory {budget}; a higher --memory lets it be refined \
+                 further"
+            ));
+        }
+        let lost = cannot_spill && evicted > 0;
+        lost.then(|| {
+            let folder = PageFile::usual_folder();
+            format!(
+                "light of {evicted} faces did not fit into --memory {} and could not be written to {}: it is computed again where it is \
+                 seen again",
+                mib(budget),
+                folder.display()
+            )
+        })
     }
 
     /// What is to be said of a picture that is left, because of `by`, before every vertex that it shows has a value.

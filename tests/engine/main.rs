@@ -3,7 +3,9 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod budget;
 mod coarse_levels;
+mod corridor;
 mod covered;
 mod direct;
 mod hidden_lights;

@@ -2,7 +2,7 @@
 
 use crate::app::rate::{PassTimes, Rate};
 use crate::app::viewer::Viewer;
-use crate::refine::update::EngineStats;
+use crate::refine::update::{EngineStats, MemoryStats};
 use egui::{Color32, Grid, RichText, Ui};
 
 /// Colour of what is not up to date.
@@ -23,6 +23,7 @@ pub(super) fn lay_out(ui: &mut Ui, viewer: &Viewer, rate: Rate) {
         row("rays", format!("{}  {}/s", short(rays as f64), short(rate.rays)));
         row("vertices", short(vertices as f64));
         row("memory", memory(viewer, rate.resident));
+        row("light", light(&viewer.stats().memory));
         let error = estimated_error.map_or_else(|| "-".to_owned(), |error| format!("{:.2} %", error * 100.0));
         row("error", format!("{error}{}", if converged { "  done" } else { "" }));
         if let Some(samples) = viewer.reference_samples() {
@@ -57,6 +58,19 @@ fn memory(viewer: &Viewer, resident: Option<u64>) -> String {
     let device = viewer.session().renderer().device().memory_bytes();
     let process = resident.map_or_else(String::new, |bytes| format!("  process {}", mib(bytes)));
     format!("light {}  device {}{process} MiB", mib(viewer.stats().cache_bytes), mib(device))
+}
+
+/// Memory of the light against its budget, and what became of what did not fit in.
+fn light(memory: &MemoryStats) -> String {
+    let mib = |bytes: u64| format!("{:.0}", bytes as f64 / f64::from(1 << 20));
+    let MemoryStats { budget, held, free, evicted, paged_in, full, .. } = *memory;
+    let of = if budget > 0 { format!(" of {}", mib(budget)) } else { String::new() };
+    let gone = if evicted > 0 {
+        format!("  {} faces out, {paged_in} parts back", short(evicted as f64))
+    } else {
+        String::new()
+    };
+    format!("{}{of} MiB, {} free{gone}{}", mib(held), mib(free), if full { "  full" } else { "" })
 }
 
 /// A number in thousands and the like.

@@ -31,7 +31,7 @@ pub use compare::{CompareArgs, CompareLimits, Tilt};
 pub use depth::DepthArgs;
 pub use diff::{DiffArgs, LimitArgs};
 pub use probe::ProbeArgs;
-pub use shared::{CpuArgs, DeviceArgs, RefinementArgs, SceneArgs, VerbosityArgs};
+pub use shared::{CpuArgs, DeviceArgs, MemoryArgs, RefinementArgs, SceneArgs, VerbosityArgs};
 pub use view::ViewArgs;
 
 const AFTER_HELP: &str = "\
@@ -108,6 +108,9 @@ pub struct RenderArgs {
     /// What is refined.
     #[command(flatten)]
     pub refinement: RefinementArgs,
+    /// Memory and disk.
+    #[command(flatten)]
+    pub memory: MemoryArgs,
     /// Show indirect light as it was sampled, without leaning on neighbours where rays are few
     #[arg(long, help_heading = REFINEMENT)]
     pub no_filter: bool,

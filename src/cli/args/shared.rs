@@ -6,7 +6,7 @@ use crate::estimate::hemisphere::Method;
 use crate::refine::options::{Piece, Pieces, Priority};
 use crate::scene::camera::ImageSize;
 use crate::scene::up_axis::UpAxis;
-use crate::session::{Options, Quality, Refinement, Thresholds, thread_count};
+use crate::session::{Options, Quality, Refinement, Thresholds, memory_budget, thread_count};
 use clap::Args;
 use rayon::ThreadPool;
 use std::path::PathBuf;
@@ -110,6 +110,24 @@ pub struct DeviceArgs {
     /// Vulkan device, by number or part of its name (see `penombre info`) [default: the fastest kind]
     #[arg(long, value_name = "INDEX|NAME")]
     pub device: Option<String>,
+}
+
+/// Memory and disk for the light.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = REFINEMENT)]
+pub struct MemoryArgs {
+    /// Memory that light may take, MiB: beyond, what is out of view goes to disk, and what is in view is refined less [default: half
+    /// of what is free]
+    #[arg(long, value_name = "MiB", allow_negative_numbers = true, value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    pub memory: Option<u64>,
+}
+
+impl MemoryArgs {
+    /// Bytes that the light engine may hold.
+    #[must_use]
+    pub fn budget(&self) -> Option<u64> {
+        memory_budget(self.memory.map(|mib| mib << 20))
+    }
 }
 
 /// How much is said.

@@ -2,7 +2,7 @@
 
 use super::super::values;
 use super::shared::{GPU, MESSAGES};
-use super::{CpuArgs, DeviceArgs, RefinementArgs, SceneArgs};
+use super::{CpuArgs, DeviceArgs, MemoryArgs, RefinementArgs, SceneArgs};
 use crate::app;
 use crate::pass::UpdateMode;
 use crate::scene::ToneMapping;
@@ -64,6 +64,9 @@ pub struct ViewArgs {
     /// What is refined.
     #[command(flatten)]
     pub refinement: RefinementArgs,
+    /// Memory and disk.
+    #[command(flatten)]
+    pub memory: MemoryArgs,
     /// How changed lighting is redrawn (see `penombre compare`)
     #[arg(long, value_name = "MODE", default_value = UpdateMode::default().name(), value_parser = values::update_mode(), help_heading = GPU)]
     pub update: UpdateMode,

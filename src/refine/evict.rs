@@ -1,0 +1,235 @@
+//! Eviction: faces out of view leave memory, those first that were seen longest ago, once the engine would hold more than it may.
+//! Their samples are spilled to disk ([`super::page_in`] brings them back). When all that is left is in view, splits are undone that
+//! the view has no use for; after that, nothing is split any more.
+
+use super::engine::{Engine, Visible};
+use super::memory::Room;
+use super::publisher::Publisher;
+use super::scheduler::{Scheduler, Task};
+use super::view::{IndirectLeafView, LeafView, VertexView, ViewState};
+use crate::cache::block::ClusterId;
+use crate::cache::bytes::{Part, Places};
+use crate::cache::coarsen::Removed;
+use crate::cache::ids::NodeId;
+use crate::scene::FaceId;
+use crate::trace::within;
+
+/// Share of the budget that a batch may take, and that is made free at a time: rarely, and much.
+const A_BATCH: usize = 32;
+const ROOM: usize = 12;
+/// Share of the budget that is kept for samples where nothing can be split any more.
+const FOR_SAMPLES: usize = 8;
+/// Splits that a batch has room for, those included that neighbours force.
+const SPLITS_A_BATCH: [usize; 2] = [16, 1024];
+/// Splits that a task makes, about: neighbours may have to go first.
+const SPLITS_A_TASK: usize = 2;
+
+fn bytes_of_tables(added: &Places) -> usize {
+    ViewState::bytes_of(added) + Scheduler::bytes_of(added) + Publisher::bytes_of(added)
+}
+
+impl Engine {
+    /// Bytes that the engine holds, as far as the budget counts them.
+    pub(super) fn held_bytes(&self) -> usize {
+        self.held().iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// Bytes that the engine holds, by what they are held for.
+    #[must_use]
+    pub fn held(&self) -> [Part; 19] {
+        let tables = [
+            ("tables of the view", self.view.bytes()),
+            ("queue", self.scheduler.bytes()),
+            ("publisher", self.publisher.bytes()),
+            ("what is predicted", self.predictions.bytes()),
+            ("eviction", self.memory.bytes() + self.outdated_specular.bytes()),
+            ("mirror in the renderer", self.publisher.mirror_bytes(&self.cache)),
+        ];
+        let mut all = [("", 0); 19];
+        self.cache.bytes_by_part().into_iter().chain(tables).zip(&mut all).for_each(|(part, place)| *place = part);
+        all
+    }
+
+    /// Makes room for a batch: evicts what is out of view if it has to, then undoes splits; if that does not help, nothing is split
+    /// any more.
+    pub(super) fn make_room(&mut self) {
+        let Some(budget) = self.memory.budget else { return };
+        let (for_vertices, a_split) = (budget - budget / FOR_SAMPLES, self.bytes_a_split());
+        let splits = (budget / A_BATCH / a_split).clamp(SPLITS_A_BATCH[0], SPLITS_A_BATCH[1]);
+        self.memory.tasks = (splits / SPLITS_A_TASK) as u64;
+        let was_full = self.memory.stats.full;
+        let mut has_room = self.has_room_for(splits, for_vertices);
+        if !has_room && (!was_full || self.memory.has_old()) {
+            self.finish_gathering();
+            within("evict", || self.evict(splits + budget / ROOM / a_split, for_vertices));
+            has_room = self.has_room_for(splits, for_vertices);
+            // What was drawn and never sent cannot be taken back.
+            if !has_room && self.is_complete() && !self.publisher.has_revealed() {
+                within("prune", || while self.prune() {});
+                has_room = self.has_room_for(splits, for_vertices);
+            }
+        }
+        self.memory.room = Room { for_vertices: has_room, for_samples: has_room || self.held_bytes() < budget };
+        self.memory.stats.full = !has_room;
+        if was_full && has_room && self.is_complete() {
+            self.look_again();
+        }
+    }
+
+    /// Makes room for faces that come into view.
+    pub(super) fn make_room_for_faces(&mut self, visible: &Visible) {
+        let Some(budget) = self.memory.budget.map(|budget| budget - budget / FOR_SAMPLES) else { return };
+        let faces = visible.faces.iter().filter(|(face, _)| self.cache.root_of(*face).is_none()).count();
+        // A face takes about as much as a split leaf.
+        if faces > 0 && !self.has_room_for(faces, budget) {
+            self.finish_gathering();
+            within("evict", || self.evict(faces, budget));
+        }
+    }
+
+    fn has_room_for(&self, splits: usize, budget: usize) -> bool {
+        self.held_bytes() + self.growth(splits) <= budget
+    }
+
+    /// Bytes by which arenas and tables grow for so many splits.
+    fn growth(&self, splits: usize) -> usize {
+        let added = self.cache.places_added(splits);
+        self.cache.growth(splits, &added) + bytes_of_tables(&added)
+    }
+
+    /// Bytes that a split takes where nothing is free.
+    fn bytes_a_split(&self) -> usize {
+        self.cache.growth(1, &Places::OF_A_SPLIT) + bytes_of_tables(&Places::OF_A_SPLIT)
+    }
+
+    /// Evicts clusters until there is room for so many splits or none is left.
+    fn evict(&mut self, splits: usize, budget: usize) {
+        self.hide_leaving(usize::MAX);
+        let mut removed = Removed::default();
+        for cluster in self.memory.by_age() {
+            if self.has_room_for(splits, budget) {
+                break;
+            }
+            self.evict_cluster(cluster, &mut removed);
+        }
+        self.forget_removed(removed);
+    }
+
+    /// Spills a cluster and removes its faces, unless one of them is in view.
+    fn evict_cluster(&mut self, cluster: ClusterId, removed: &mut Removed) {
+        let triangles = self.scene.triangles.len() as u32;
+        let faces: Vec<FaceId> = cluster.faces(triangles).filter(|&face| self.cache.root_of(face).is_some()).collect();
+        if faces.iter().any(|&face| self.view.faces.index_of(face).is_some()) {
+            return;
+        }
+        self.memory.note_gone(cluster);
+        self.spill_cluster(cluster);
+        for face in faces {
+            let first = removed.nodes.len();
+            if let Some(root) = self.cache.root_of(face) {
+                self.publisher.drop_face(&mut self.cache, face, root);
+            }
+            self.cache.remove_face(&self.scene, &self.weld, face, removed);
+            self.memory.stats.evicted += 1;
+            self.forget_nodes(&removed.nodes[first..]);
+        }
+    }
+
+    fn spill_cluster(&mut self, cluster: ClusterId) {
+        let blocks = self.cache.blocks(cluster, self.scene.triangles.len() as u32);
+        if !blocks.is_empty() {
+            let layers =
+                blocks.direct.iter().chain([&blocks.indirect]).map(|block| block.as_deref().unwrap_or_default());
+            let all: Vec<&[u8]> = [blocks.shape.as_slice()].into_iter().chain(layers).collect();
+            self.memory.spill(cluster, &all);
+        }
+    }
+
+    /// Forgets what the view and the queue hold of nodes that are gone.
+    fn forget_nodes(&mut self, nodes: &[NodeId]) {
+        for &node in nodes {
+            self.image.replace(&mut self.view.leaves[node].accounted, None);
+            self.view.leaves[node] = LeafView::default();
+            self.view.hidden.reset(node);
+            self.image.replace_indirect(&mut self.view.indirect[node].accounted, 0.0);
+            self.view.indirect[node] = IndirectLeafView::default();
+            self.checks.forget_node(node);
+            let tasks =
+                [Task::Split(node), Task::SamplePixel(node), Task::RefineIndirect(node), Task::CheckPixels(node)];
+            tasks.into_iter().for_each(|task| self.scheduler.void(task));
+        }
+    }
+
+    /// Forgets what is known elsewhere of what was removed, before its numbers are used again; slots once the GPU has heard of it.
+    fn forget_removed(&mut self, removed: Removed) {
+        for &vertex in &removed.vertices {
+            self.view.vertices[vertex] = VertexView::default();
+            self.scheduler.void_direct(vertex);
+            self.scheduler.void(Task::Gather(vertex));
+        }
+        for &slot in &removed.slots {
+            self.view.specular.reset(slot);
+            self.view.light_vectors.reset(slot);
+        }
+        if removed.nodes.is_empty() {
+            return;
+        }
+        let cache = &self.cache;
+        self.enclosed.retain(|&vertex| cache.vertices.is_alive(vertex));
+        self.predictions.retain(|vertex| cache.vertices.is_alive(vertex));
+        self.scheduler.retain_first_visits(|vertex| cache.vertices.is_alive(vertex));
+        self.waiting.retain(|root| cache.topology.nodes.is_alive(root));
+        self.outdated_specular.slots.retain(|&slot| cache.slots.is_alive(slot));
+        self.publisher.retire_slots(cache, removed.slots);
+    }
+
+    /// Undoes splits that are worth nothing to the view, the finest first; whether there were any.
+    pub(super) fn prune(&mut self) -> bool {
+        let mut removed = Removed::default();
+        let fit = |node: &NodeId| self.cache.topology.can_coarsen(*node) && self.is_useless(*node);
+        let nodes: Vec<NodeId> = self.cache.topology.nodes.ids().filter(fit).collect();
+        let mut changed = Vec::new();
+        for node in nodes {
+            // Another may have gone that this one went by.
+            if self.cache.topology.can_coarsen(node) {
+                changed.extend(self.coarsen(node, &mut removed));
+            }
+        }
+        let any = !removed.nodes.is_empty();
+        self.forget_removed(removed);
+        // Their leaves share the pixels out anew.
+        let nodes = changed.into_iter().filter(|&node| self.cache.topology.nodes.is_alive(node));
+        let faces = nodes.filter_map(|node| self.view.faces.index_of(self.cache.topology.nodes[node].face));
+        let mut indices: Vec<usize> = faces.collect();
+        indices.sort_unstable();
+        indices.dedup();
+        self.bring_up_to_date(&indices);
+        any
+    }
+
+    /// Whether the children of a node are in view, and would not be asked for if it were a leaf: they cover hardly a pixel, and
+    /// interpolation between its corners is as good as what is known of its middles.
+    fn is_useless(&self, node: NodeId) -> bool {
+        let mut children = self.cache.topology.children(node);
+        let shown: f32 = self.cache.topology.children(node).map(|child| self.view.leaves[child].pixels).sum();
+        children.all(|child| self.view.leaves[child].visible) && self.error_model().is_smooth(node, shown)
+    }
+
+    /// Makes a leaf of a node; returns the leaves that show something else.
+    fn coarsen(&mut self, node: NodeId, removed: &mut Removed) -> Vec<NodeId> {
+        let first = removed.nodes.len();
+        let children: Vec<NodeId> = self.cache.topology.children(node).collect();
+        let pixels = children.iter().map(|&child| self.view.leaves[child].pixels).sum();
+        children.iter().for_each(|&child| self.hide_indirect(child));
+        self.publisher.merge(&mut self.cache, node, &children);
+        let mut changed = self.cache.coarsen(node, removed);
+        self.forget_nodes(&removed.nodes[first..]);
+        self.view.show(node, None, pixels);
+        self.memory.stats.coarsened += 1;
+        for &leaf in &changed {
+            self.publisher.note_redraw(&self.cache, leaf);
+        }
+        changed.push(node);
+        changed
+    }
+}

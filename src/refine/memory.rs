@@ -1,0 +1,280 @@
+//! The memory budget: what the engine holds, what its faces out of view have been written to, and which of them go first.
+
+use crate::cache::block::{BlockLayer, ClusterId};
+use crate::scene::FaceId;
+use crate::store::page_file::{Extent, PageFile};
+use rustc_hash::FxHashMap;
+use std::io;
+
+/// Memory as the log and the window tell it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MemoryStats {
+    /// Bytes that may be held; 0 without a limit.
+    pub budget: u64,
+    /// Bytes that are held: by the engine, and by a renderer for the same slots and triangles.
+    pub held: u64,
+    /// Bytes of places that were given back and wait to be used again.
+    pub free: u64,
+    /// Faces that were evicted.
+    pub evicted: u64,
+    /// Splits that were undone.
+    pub coarsened: u64,
+    /// Clusters of faces that were spilled, and those that were paged in again.
+    pub spilled: u64,
+    /// See [`Self::spilled`].
+    pub paged_in: u64,
+    /// Bytes of the page file.
+    pub file_bytes: u64,
+    /// Whether refinement has stopped for want of memory.
+    pub full: bool,
+    /// Whether the page file cannot be written: what does not fit in is computed again when it is seen.
+    pub cannot_spill: bool,
+}
+
+/// Blocks of a cluster on disk.
+#[derive(Clone, Debug)]
+pub(super) struct Spilled {
+    /// Where they are: shape, direct light by group, indirect light.
+    extent: Extent,
+    /// Their lengths, in this order.
+    lengths: Vec<u32>,
+    /// The lighting that they are of ([`Memory::relight`]).
+    lighting: u32,
+}
+
+/// A block that was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Block {
+    /// What it holds.
+    pub layer: BlockLayer,
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// Whether it is of the present lights.
+    pub is_current: bool,
+}
+
+/// When the light of layers last changed: numbers of lightings.
+#[derive(Clone, Debug, Default)]
+struct Changed {
+    direct: FxHashMap<u32, u32>,
+    indirect: u32,
+}
+
+/// What there is memory for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Room {
+    /// More vertices: leaves can be split.
+    pub for_vertices: bool,
+    /// Samples of indirect light at vertices that have none.
+    pub for_samples: bool,
+}
+
+impl Default for Room {
+    fn default() -> Self {
+        Self { for_vertices: true, for_samples: true }
+    }
+}
+
+impl Room {
+    /// Rays of indirect light at a vertex at most, `most` as long as there is room: without, what lies between vertices is wrong by
+    /// more than their noise.
+    #[must_use]
+    pub const fn most_rays(self, most: u32) -> u32 {
+        /// 1 to 2 % noise.
+        const ENOUGH: u32 = 4096;
+        if self.for_vertices { most } else { ENOUGH }
+    }
+}
+
+/// The budget, and what was spilled for it.
+#[derive(Debug, Default)]
+pub struct Memory {
+    /// Bytes that may be held, if there is a limit.
+    pub(super) budget: Option<usize>,
+    /// Views so far, and the last that showed a face of each cluster.
+    views: u32,
+    seen: Vec<u32>,
+    spilled: FxHashMap<ClusterId, Spilled>,
+    file: Option<PageFile>,
+    lighting: u32,
+    changed: Changed,
+    pub(super) room: Room,
+    /// Tasks that a batch has room for.
+    pub(super) tasks: u64,
+    pub(super) stats: MemoryStats,
+}
+
+impl Memory {
+    /// A budget of so many bytes; what does not fit in goes to the file, or is computed again where there is none.
+    #[must_use]
+    pub fn limited(budget: usize, file: io::Result<PageFile>) -> Self {
+        let mut memory = Self { budget: Some(budget), ..Self::default() };
+        memory.stats.cannot_spill = file.is_err();
+        memory.file = file.ok();
+        memory
+    }
+
+    /// Notes which clusters a view shows.
+    pub(super) fn see(&mut self, faces: impl Iterator<Item = FaceId>) {
+        self.views += 1;
+        for face in faces {
+            let cluster = ClusterId::of(face).0 as usize;
+            if cluster >= self.seen.len() {
+                self.seen.resize(cluster + 1, 0);
+            }
+            self.seen[cluster] = self.views;
+        }
+    }
+
+    /// Clusters that views have shown and this one does not, those first that were seen longest ago.
+    pub(super) fn by_age(&self) -> Vec<ClusterId> {
+        let out_of_view = (0..).zip(&self.seen).filter(|&(_, &seen)| seen > 0 && seen < self.views);
+        let mut order: Vec<(u32, u32)> = out_of_view.map(|(cluster, &seen)| (seen, cluster)).collect();
+        order.sort_unstable();
+        order.into_iter().map(|(_, cluster)| ClusterId(cluster)).collect()
+    }
+
+    /// Whether there are any such clusters.
+    pub(super) fn has_old(&self) -> bool {
+        self.seen.iter().any(|&seen| seen > 0 && seen < self.views)
+    }
+
+    /// Notes that nothing of a cluster is there any more.
+    pub(super) fn note_gone(&mut self, cluster: ClusterId) {
+        if let Some(seen) = self.seen.get_mut(cluster.0 as usize) {
+            *seen = 0;
+        }
+    }
+
+    /// Notes that faces of a cluster are there, in view or not.
+    pub(super) fn note_there(&mut self, cluster: ClusterId) {
+        let at = cluster.0 as usize;
+        if at >= self.seen.len() {
+            self.seen.resize(at + 1, 0);
+        }
+        if self.seen[at] == 0 {
+            self.seen[at] = self.views.max(1);
+        }
+    }
+
+    /// Notes that lights have changed, so that direct light of these groups and indirect light are not what was spilled.
+    pub(super) fn relight(&mut self, groups: impl Iterator<Item = usize>) {
+        self.lighting += 1;
+        self.changed.indirect = self.lighting;
+        self.changed.direct.extend(groups.map(|group| (group as u32, self.lighting)));
+    }
+
+    /// Whether a layer that was spilled under a lighting is still right.
+    fn is_current(&self, layer: BlockLayer, lighting: u32) -> bool {
+        let changed = match layer {
+            BlockLayer::Shape => 0,
+            BlockLayer::Direct(group) => self.changed.direct.get(&group).copied().unwrap_or(0),
+            BlockLayer::Indirect => self.changed.indirect,
+        };
+        lighting >= changed
+    }
+
+    /// Whether a cluster was spilled.
+    pub(super) fn is_spilled(&self, cluster: ClusterId) -> bool {
+        self.spilled.contains_key(&cluster)
+    }
+
+    /// Writes a cluster's blocks in order of their layers; whether they are kept.
+    pub(super) fn spill(&mut self, cluster: ClusterId, blocks: &[&[u8]]) -> bool {
+        let Some(file) = &mut self.file else { return false };
+        match file.write(&blocks.concat()) {
+            Ok(extent) => {
+                let lengths = blocks.iter().map(|block| block.len() as u32).collect();
+                self.spilled.insert(cluster, Spilled { extent, lengths, lighting: self.lighting });
+                self.stats.spilled += 1;
+                self.stats.file_bytes = file.bytes();
+                true
+            }
+            Err(_) => {
+                self.stats.cannot_spill = true;
+                false
+            }
+        }
+    }
+
+    /// Takes a cluster's blocks from the disk, each with whether its layer is still right; `None` if they cannot be read.
+    pub(super) fn page_in(&mut self, cluster: ClusterId) -> Option<Vec<Block>> {
+        let Spilled { extent, lengths, lighting } = self.spilled.remove(&cluster)?;
+        let file = self.file.as_mut()?;
+        let bytes = file.read(extent);
+        file.forget(extent);
+        self.stats.cannot_spill |= bytes.is_err();
+        let bytes = bytes.ok()?;
+        self.stats.paged_in += 1;
+        let groups = lengths.len().saturating_sub(2) as u32;
+        let layers =
+            [BlockLayer::Shape].into_iter().chain((0..groups).map(BlockLayer::Direct)).chain([BlockLayer::Indirect]);
+        let mut rest = bytes.as_slice();
+        let mut blocks = Vec::with_capacity(lengths.len());
+        for (layer, len) in layers.zip(lengths) {
+            let (block, after) = rest.split_at_checked(len as usize)?;
+            rest = after;
+            blocks.push(Block { layer, bytes: block.to_vec(), is_current: self.is_current(layer, lighting) });
+        }
+        Some(blocks)
+    }
+
+    /// Bytes held for all this.
+    pub(super) fn bytes(&self) -> usize {
+        let index = self.spilled.capacity() * (size_of::<(ClusterId, Spilled)>() + 16);
+        self.seen.capacity() * 4 + index
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::TriangleId;
+
+    fn face(triangle: u32) -> FaceId {
+        FaceId::new(TriangleId(triangle), false)
+    }
+
+    #[test]
+    fn what_was_seen_longest_ago_goes_first_and_what_is_seen_not_at_all() {
+        let mut memory = Memory::default();
+        memory.see([0, 64, 128].map(face).into_iter());
+        memory.see([64, 200].map(face).into_iter());
+        memory.see([200].map(face).into_iter());
+        assert_eq!(memory.by_age(), [0, 128, 64].map(|t| ClusterId::of(face(t))));
+        memory.note_gone(ClusterId::of(face(0)));
+        assert_eq!(memory.by_age(), [128, 64].map(|t| ClusterId::of(face(t))));
+        memory.note_there(ClusterId::of(face(0)));
+        memory.see(std::iter::empty());
+        assert_eq!(memory.by_age().len(), 4);
+    }
+
+    #[test]
+    fn spilled_blocks_come_back_with_what_has_become_of_their_light() {
+        let file = PageFile::create(&std::env::temp_dir()).expect("a folder for temporary files");
+        let mut memory = Memory::limited(1, Ok(file));
+        let cluster = ClusterId(3);
+        assert!(memory.spill(cluster, &[b"shape", b"first", b"", b"indirect"]));
+        memory.relight([1].into_iter());
+        let blocks = memory.page_in(cluster).expect("it was spilled");
+        let found: Vec<(BlockLayer, &[u8], bool)> =
+            blocks.iter().map(|block| (block.layer, block.bytes.as_slice(), block.is_current)).collect();
+        let [first, second] = [0, 1].map(BlockLayer::Direct);
+        assert_eq!(
+            found,
+            [
+                (BlockLayer::Shape, &b"shape"[..], true),
+                (first, b"first", true),
+                (second, b"", false),
+                (BlockLayer::Indirect, b"indirect", false)
+            ]
+        );
+        assert!(!memory.is_spilled(cluster) && memory.page_in(cluster).is_none());
+    }
+
+    #[test]
+    fn without_a_file_nothing_is_kept() {
+        let mut memory = Memory::limited(1, Err(io::Error::other("no file")));
+        assert!(!memory.spill(ClusterId(0), &[b"shape"]) && !memory.is_spilled(ClusterId(0)));
+    }
+}
