@@ -189,6 +189,12 @@ impl Engine {
         &self.bvh
     }
 
+    /// Refines for D alone, before any view: no eye sees highlights.
+    #[must_use]
+    pub fn without_highlights(self) -> Self {
+        Self { reflectances: self.reflectances.without_highlights(), ..self }
+    }
+
     /// Has a new view wait so long at most for new faces, and so long for S: what needs no ray, but time.
     pub fn answer_views_within(&mut self, time: Duration) {
         self.view_time = Some(time);
