@@ -92,8 +92,7 @@ struct Document<'a> {
 impl<'a> Document<'a> {
     fn new(scene: &'a Scene, mesh: &'a LitMesh, scale: f32) -> io::Result<Self> {
         let (binary, views, accessors, images, samplers) = Default::default();
-        let mut document =
-            Self { scene, mesh, scale, binary, views, accessors, images, samplers, json: Value::Null };
+        let mut document = Self { scene, mesh, scale, binary, views, accessors, images, samplers, json: Value::Null };
         let primitives: Vec<Value> =
             mesh.parts.iter().enumerate().map(|(index, part)| document.primitive(index, part)).collect();
         let materials = mesh.parts.iter().map(|part| document.material(&scene.materials[part.material.0 as usize]));
@@ -109,7 +108,8 @@ impl<'a> Document<'a> {
         }
         let lights = self.mesh.lights.iter().enumerate().map(|(index, name)| {
             let attribute = attribute_of(index, name.as_ref());
-            name.as_ref().map_or_else(|| json!({ "attribute": attribute }), |n| json!({ "attribute": attribute, "name": n }))
+            name.as_ref()
+                .map_or_else(|| json!({ "attribute": attribute }), |n| json!({ "attribute": attribute, "name": n }))
         });
         let extras = json!({ "penombre": {
             "scale": self.scale,
@@ -168,7 +168,8 @@ impl<'a> Document<'a> {
 
     fn primitive(&mut self, material: usize, part: &Part) -> Value {
         let vertices = &part.vertices;
-        let bounds = |of: fn(Vec3, Vec3) -> Vec3| json!(vertices.iter().map(|v| v.position).reduce(of).map(|v| v.to_array()));
+        let bounds =
+            |of: fn(Vec3, Vec3) -> Vec3| json!(vertices.iter().map(|v| v.position).reduce(of).map(|v| v.to_array()));
         let bounds = [("min", bounds(Vec3::min)), ("max", bounds(Vec3::max))];
         let colours = vertices.iter().flat_map(|vertex| {
             let colour = multiplied(self.scene, part, vertex) / self.scale;

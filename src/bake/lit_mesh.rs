@@ -124,12 +124,8 @@ struct PartInMaking {
 
 impl PartInMaking {
     fn new(material: u32) -> Self {
-        let part = Part {
-            material: MaterialId(material),
-            vertices: Vec::new(),
-            lights: Vec::new(),
-            triangles: Vec::new(),
-        };
+        let part =
+            Part { material: MaterialId(material), vertices: Vec::new(), lights: Vec::new(), triangles: Vec::new() };
         Self { part, index: FxHashMap::default() }
     }
 

@@ -112,7 +112,8 @@ struct Stop {
 
 impl<'a> Look<'a> {
     fn new(scene: &'a Scene, bvh: &'a Bvh) -> Self {
-        let area = |light: &Light| if let LightKind::Area { triangles } = &light.kind { triangles.clone() } else { vec![] };
+        let area =
+            |light: &Light| if let LightKind::Area { triangles } = &light.kind { triangles.clone() } else { vec![] };
         let is_met = |light: &&Light| matches!(light.kind, LightKind::Environment(_) | LightKind::Area { .. });
         Self {
             scene,

@@ -65,13 +65,8 @@ fn refine(baker: &mut Baker, args: &BakeArgs, progress: &Progress, start: Instan
         let stats = baker.step(budget)?;
         rays = stats.rays;
         progress.update(start.elapsed(), &stats);
-        let spent = Spent {
-            time: start.elapsed(),
-            frames: 0,
-            rays,
-            error: stats.estimated_error,
-            converged: stats.converged,
-        };
+        let spent =
+            Spent { time: start.elapsed(), frames: 0, rays, error: stats.estimated_error, converged: stats.converged };
         if let Some(by) = interrupt::requested().then_some(EndedBy::Interrupted).or_else(|| limits.ended_by(&spent)) {
             return Ok((stats, by));
         }
