@@ -17,6 +17,7 @@
 //! - [`session`]: a run, one loop between engine and renderer, without a command line
 //! - [`system`]: what the system tells of this process and of the machine
 //! - [`trace`]: what threads and device do when, for a time line
+//! - [`mod@bake`]: the lit mesh of all faces, as PLY and glTF
 //! - [`app`]: the window: commands, keys, mouse, panels, scripts
 //! - [`cli`]: one file a subcommand
 //!
@@ -25,6 +26,7 @@
 //! `tests/layers.rs` holds the rule.
 
 pub mod app;
+pub mod bake;
 pub mod bench;
 pub mod bsdf;
 pub mod cache;

@@ -23,6 +23,7 @@ const MAY_USE: &[(&str, &[&str])] = &[
     ("refine", &["math", "error", "scene", "geom", "bsdf", "light", "estimate", "cache", "store", "trace"]),
     ("reference", &["math", "error", "scene", "geom", "bsdf", "light", "image"]),
     ("bench", &["math", "scene", "geom", "bsdf", "light", "estimate", "image", "reference", "refine::workers"]),
+    ("bake", &["math", "error", "scene", "geom", "bsdf", "refine", "image"]),
     ("image", &["math", "error", "scene"]),
     ("log", &["math", "error", "scene", "image", "trace", "refine::update"]),
     ("vk", &["math", "error", "trace"]),

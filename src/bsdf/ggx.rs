@@ -104,7 +104,8 @@ impl Microfacets {
     }
 
     /// Mean of [`super::Gloss::diffuse_out`].
-    pub(super) fn mean_diffuse_out(&self) -> f32 {
+    #[must_use]
+    pub fn mean_diffuse_out(&self) -> f32 {
         1.0 - Self { f0: Vec3::splat(DIELECTRIC), ..*self }.mean_albedo().x
     }
 }

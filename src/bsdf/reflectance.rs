@@ -44,6 +44,15 @@ impl Reflectance {
         Self { kd: colour * (1.0 - metallic), ks: Vec3::ONE, gloss: Some(gloss) }
     }
 
+    /// What of D leaves on average over all directions: k_d, less what a microfacet highlight takes.
+    #[must_use]
+    pub fn leaving_diffusely(&self) -> Vec3 {
+        match self.gloss {
+            Some(Gloss::Ggx(facets)) => self.kd * facets.mean_diffuse_out(),
+            None | Some(Gloss::Phong { .. }) => self.kd,
+        }
+    }
+
     /// Share of even light that is reflected into all directions: of a Phong highlight ⅔ k_s, as of a sharp one; of a mirror none, until
     /// there are reflections.
     #[must_use]

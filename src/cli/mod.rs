@@ -3,6 +3,7 @@
 pub mod ablation;
 pub mod ablation_report;
 pub mod args;
+mod bake;
 pub mod bench;
 mod black_picture;
 pub mod clock;
@@ -68,6 +69,7 @@ fn execute(command: &Command, start: Instant) -> Result<Outcome> {
         Command::Probe(args) => probe::run(args),
         Command::Compare(args) => compare::run(args, start),
         Command::Reference(args) => reference::run(args),
+        Command::Bake(args) => bake::run(args),
         Command::Diff(args) => diff::run(args),
         Command::Bench(args) => bench::run(args),
         Command::Info(args) => info::run(args),

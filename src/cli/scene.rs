@@ -7,6 +7,8 @@ use crate::scene::Scene;
 use crate::scene::camera::{Camera, View};
 use crate::scene::geometry::Geometry;
 use crate::scene::load::{Loaded, load_beside};
+use crate::scene::up_axis::UpAxis;
+use std::path::Path;
 
 /// Warnings printed at most without `-v`.
 const MAX_WARNINGS: usize = 20;
@@ -28,7 +30,24 @@ pub fn load_and_warn_beside(
     verbosity: VerbosityArgs,
     on_geometry: impl FnOnce(&Geometry) + Send,
 ) -> Result<Loaded> {
-    let loaded = load_beside(&args.path, args.up, on_geometry)?;
+    load_path(&args.path, args.up, verbosity, on_geometry)
+}
+
+/// As [`load_and_warn`], for commands without a view.
+///
+/// # Errors
+/// As [`load_and_warn`].
+pub fn load_bare(path: &Path, up: Option<UpAxis>, verbosity: VerbosityArgs) -> Result<Loaded> {
+    load_path(path, up, verbosity, |_| {})
+}
+
+fn load_path(
+    path: &Path,
+    up: Option<UpAxis>,
+    verbosity: VerbosityArgs,
+    on_geometry: impl FnOnce(&Geometry) + Send,
+) -> Result<Loaded> {
+    let loaded = load_beside(path, up, on_geometry)?;
     if verbosity.verbose {
         loaded.report.faults.iter().for_each(|fault| output::report(&fault.to_string()));
         return Ok(loaded);

@@ -1,5 +1,6 @@
 //! Parsers of option values; each message says what is wrong and what would be right.
 
+use crate::bake::baker::{Sides, Triangles};
 use crate::estimate::hemisphere::Method;
 use crate::image::FileFormat;
 use crate::image::exr::MAX_SIDE;
@@ -99,6 +100,24 @@ pub fn png_path() -> impl TypedValueParser<Value = PathBuf> {
         Some(FileFormat::Png) => Ok(()),
         _ => Err("its extension must be .png"),
     })
+}
+
+/// A mesh file that can be written.
+pub fn mesh_path() -> impl TypedValueParser<Value = PathBuf> {
+    path(|path| {
+        let is_known = has_extension(path, "ply") || has_extension(path, "glb");
+        if is_known { Ok(()) } else { Err("its extension must be .ply or .glb (binary glTF)") }
+    })
+}
+
+/// Whose triangles a bake has, by name.
+pub fn baked_triangles() -> impl TypedValueParser<Value = Triangles> {
+    named(Triangles::NAMES)
+}
+
+/// Sides of a bake, by name.
+pub fn baked_sides() -> impl TypedValueParser<Value = Sides> {
+    named(Sides::NAMES)
 }
 
 /// An SVG file.

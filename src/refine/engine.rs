@@ -203,6 +203,12 @@ impl Engine {
         self.memory = memory;
     }
 
+    /// Refines for D alone, before any view: no eye sees highlights.
+    #[must_use]
+    pub fn without_highlights(self) -> Self {
+        Self { reflectances: self.reflectances.without_highlights(), ..self }
+    }
+
     /// Has a new view wait so long at most for new faces, and so long for S: what needs no ray, but time.
     pub fn answer_views_within(&mut self, time: Duration) {
         self.view_time = Some(time);
@@ -331,6 +337,12 @@ impl Engine {
         }
     }
 
+    /// Square error expected of a leaf that was not checked, against the square of what it shows. Without an image nothing is checked, and
+    /// what splits have found tells.
+    pub(super) fn unseen_rate(&self) -> f32 {
+        if self.view.image.is_some() { self.checks.miss_rate() } else { self.miss_rate.expected() }
+    }
+
     /// Starts from the top of the ladder of tolerances.
     pub(super) fn reset_tolerance(&mut self) {
         self.tolerance = FIRST_TOLERANCE.max(self.options.tolerance);
@@ -379,7 +391,7 @@ impl Engine {
         self.stats.outdated = self.cache.indirect.outdated();
         self.stats.outdated_specular = self.outdated_specular.len() as u64;
         self.stats.complete = self.is_complete();
-        let error = self.image.relative(self.checks.miss_rate());
+        let error = self.image.relative(self.unseen_rate());
         self.stats.estimated_error =
             error.filter(|_| self.stats.complete && self.leaving.is_empty() && self.view.faces.are_current());
         self.stats.converged = self.is_idle();

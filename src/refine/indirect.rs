@@ -1,7 +1,7 @@
 //! Indirect light in a batch: what depends on what vertices have gathered, and on the view, is brought up to date.
 
 use super::engine::Engine;
-use super::error_model::CHILD;
+use super::error_model::{CHILD, ErrorModel};
 use super::scheduler::Task;
 use super::view::IndirectLeafView;
 use super::work::GatheredLight;
@@ -217,7 +217,7 @@ impl Engine {
         let model = self.error_model();
         let judged = self.workers.map(leaves, |id| {
             let face = self.cache.topology.nodes[id].face;
-            let error: f32 = model.indirect_error(id).iter().sum();
+            let error: f32 = if self.is_buried(&model, id) { 0.0 } else { model.indirect_error(id).iter().sum() };
             [model.gain(id), self.reflectances.noise_gain(&self.scene, face) * error]
         });
         for (&id, [gain, shown]) in leaves.iter().zip(judged) {
@@ -225,6 +225,15 @@ impl Engine {
             self.set_importance(id, pixels * gain / 6.0);
             self.image.replace_indirect(&mut self.view.indirect[id].accounted, pixels * shown);
         }
+    }
+
+    /// Whether a leaf lies inside other geometry, as far as it is looked at: then it has no light to be wrong about. A picture that sees it
+    /// says otherwise.
+    fn is_buried(&self, model: &ErrorModel, id: NodeId) -> bool {
+        let corners = self.cache.topology.nodes[id].corners;
+        self.view.image.is_none()
+            && corners.iter().all(|&slot| self.cache.is_covered(slot))
+            && model.refine_key(id) == 0.0
     }
 
     /// Queues leaves of the indirect layer by their present keys.

@@ -32,6 +32,14 @@ impl Reflectances {
         Self { by_material: scene.materials.iter().map(of).collect() }
     }
 
+    /// The same where nobody sees highlights, and D is shown by itself, too.
+    #[must_use]
+    pub fn without_highlights(self) -> Self {
+        /// Of D on black.
+        const LEAST: f32 = 0.05;
+        Self { by_material: self.by_material.iter().map(|[kd, ..]| [kd.max(LEAST), 0.0, 0.0]).collect() }
+    }
+
     /// Luminance shown on a face of D and S, W·sr⁻¹·m⁻².
     #[must_use]
     pub fn shown(&self, scene: &Scene, face: FaceId, diffuse: Vec3, specular: Vec3) -> f32 {

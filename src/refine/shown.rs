@@ -86,7 +86,7 @@ impl Engine {
         let a_pixel = |sum: f32, pixels: f32| if pixels > 0.0 { sum.max(0.0) / pixels } else { 0.0 };
         let direct = self.view.leaves[leaf].accounted;
         let indirect = self.view.indirect[self.cache.topology.indirect_leaf(leaf)];
-        let unseen = self.checks.miss_rate() * a_pixel(direct.unseen, direct.pixels);
+        let unseen = self.unseen_rate() * a_pixel(direct.unseen, direct.pixels);
         let square = a_pixel(direct.error, direct.pixels) + a_pixel(indirect.accounted, indirect.pixels) + unseen;
         let mean = self.image.mean();
         if mean > 0.0 { square.sqrt() / mean } else { 0.0 }

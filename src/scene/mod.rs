@@ -57,7 +57,7 @@ pub mod texture;
 mod textures;
 mod toml_walk;
 mod transparency;
-mod union;
+pub mod union;
 pub mod up_axis;
 mod vertex_colours;
 

@@ -1,18 +1,19 @@
 //! Disjoint sets.
 
 /// Sets of the numbers from 0; the smallest member is the root.
-pub(super) struct Union {
+pub struct Union {
     parent: Vec<u32>,
 }
 
 impl Union {
     /// Each number in a set of its own.
-    pub(super) fn new(count: usize) -> Self {
+    #[must_use]
+    pub fn new(count: usize) -> Self {
         Self { parent: (0..count as u32).collect() }
     }
 
     /// What all members of a set have in common.
-    pub(super) fn root(&mut self, mut k: u32) -> u32 {
+    pub fn root(&mut self, mut k: u32) -> u32 {
         while self.parent[k as usize] != k {
             let above = self.parent[self.parent[k as usize] as usize];
             self.parent[k as usize] = above;
@@ -22,7 +23,7 @@ impl Union {
     }
 
     /// Makes one set of two.
-    pub(super) fn join(&mut self, a: u32, b: u32) {
+    pub fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }

@@ -1,6 +1,7 @@
 //! What was typed: one struct a subcommand, put together from groups of options that several share.
 
 pub mod ablate;
+pub mod bake;
 pub mod bench;
 pub mod clock;
 mod compare;
@@ -11,6 +12,7 @@ pub mod reference;
 mod shared;
 mod view;
 
+use self::bake::BakeArgs;
 use self::bench::BenchArgs;
 use self::reference::ReferenceArgs;
 use self::shared::{GPU, MESSAGES, REFINEMENT};
@@ -43,6 +45,7 @@ Examples:
   penombre probe scene.toml 120 80 --size 320x240 --rays 1000000
   penombre compare scene.toml --out report
   penombre reference scene.toml -o ref.exr --filter point --spp 1024 --pixels 4000
+  penombre bake scene.toml -o lit.glb -o lit.ply
   penombre diff image.exr ref.exr --max-relmse 0.001 -o errors.png
   penombre bench scene.toml
   penombre bench convergence scene.toml --reference ref.exr --plot errors.svg
@@ -77,6 +80,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Path-trace a scene on the CPU, without any cache: the yardstick
     Reference(ReferenceArgs),
+    /// Write the lit mesh, with light at its vertices, for all of a scene: no device needed
+    Bake(BakeArgs),
     /// Measure how far an image is from a reference
     Diff(DiffArgs),
     /// Measure speeds of rays, errors of the hemisphere methods, convergence, the user's clock
