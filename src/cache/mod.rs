@@ -10,6 +10,7 @@ mod cell_table;
 pub mod coarse_grids;
 pub mod coarse_levels;
 pub mod coarsen;
+pub mod digest;
 pub mod direct;
 pub mod drawn_mesh;
 mod filter;

@@ -67,7 +67,7 @@ impl Cache {
         order.iter().map(shape).collect()
     }
 
-    fn vertex_shape(&self, id: VertexId) -> VertexShape {
+    pub(super) fn vertex_shape(&self, id: VertexId) -> VertexShape {
         let Vertex { key, outdated, progress, .. } = &self.vertices[id];
         let flags = [
             (progress.visited, VertexShape::VISITED),
@@ -89,7 +89,7 @@ impl Cache {
         slots
     }
 
-    fn direct_block(&self, vertices: &[VertexId], light: usize) -> Vec<u8> {
+    pub(super) fn direct_block(&self, vertices: &[VertexId], light: usize) -> Vec<u8> {
         let (layer, mut out) = (&self.layers[light], Vec::with_capacity(vertices.len() * 2));
         for &vertex in vertices {
             let known = layer.visibility.get(vertex);
@@ -118,7 +118,7 @@ impl Cache {
         out
     }
 
-    fn indirect_block(&self, vertices: &[VertexId]) -> Vec<u8> {
+    pub(super) fn indirect_block(&self, vertices: &[VertexId]) -> Vec<u8> {
         let mut out = Vec::with_capacity(vertices.len() * 12);
         for &vertex in vertices {
             let rays = self.indirect.rays(vertex);

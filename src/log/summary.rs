@@ -118,7 +118,7 @@ pub struct AheadPictures {
 }
 
 /// Memory at the end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Triangles that are drawn: the leaves of the hierarchy over the scene's, and what mends hanging nodes.
     pub triangles: u64,
@@ -128,6 +128,8 @@ pub struct Memory {
     pub budget: u64,
     /// Bytes that it takes as the limit counts them: with what a renderer holds of its slots and triangles.
     pub held: u64,
+    /// What it takes them for.
+    pub parts: std::collections::BTreeMap<String, u64>,
     /// Bytes of that which were given back and wait to be used again.
     pub free: u64,
     /// Faces that were evicted, and splits that were undone, for want of memory.

@@ -382,11 +382,12 @@ impl Engine {
         self.stats.cpu_seconds =
             self.workers.cpu_seconds() + now.outside_jobs().saturating_sub(self.born.outside_jobs()) as f64 * 1e-9;
         self.stats.triangles = (self.cache.drawn.triangles.live() - self.publisher.retired()) as u64;
-        let held = self.held_bytes();
+        let parts = self.held();
+        let held: usize = parts.iter().map(|(_, bytes)| bytes).sum();
         self.stats.cache_bytes = (held - self.publisher.mirror_bytes(&self.cache)) as u64;
         let (budget, held, free) =
             (self.memory.budget.unwrap_or(0) as u64, held as u64, self.cache.free_bytes() as u64);
-        self.stats.memory = MemoryStats { budget, held, free, ..self.memory.stats };
+        self.stats.memory = MemoryStats { budget, held, parts, free, ..self.memory.stats };
         self.stats.unlit = self.scheduler.first_visits() as u64;
         self.stats.outdated = self.cache.indirect.outdated();
         self.stats.outdated_specular = self.outdated_specular.len() as u64;

@@ -3,12 +3,12 @@
 //! the view has no use for; after that, nothing is split any more.
 
 use super::engine::{Engine, Visible};
-use super::memory::Room;
+use super::memory::{HeldParts, Room};
 use super::publisher::Publisher;
 use super::scheduler::{Scheduler, Task};
 use super::view::{IndirectLeafView, LeafView, VertexView, ViewState};
 use crate::cache::block::ClusterId;
-use crate::cache::bytes::{Part, Places};
+use crate::cache::bytes::Places;
 use crate::cache::coarsen::Removed;
 use crate::cache::ids::NodeId;
 use crate::scene::FaceId;
@@ -36,7 +36,7 @@ impl Engine {
 
     /// Bytes that the engine holds, by what they are held for.
     #[must_use]
-    pub fn held(&self) -> [Part; 19] {
+    pub fn held(&self) -> HeldParts {
         let tables = [
             ("tables of the view", self.view.bytes()),
             ("queue", self.scheduler.bytes()),
@@ -45,7 +45,7 @@ impl Engine {
             ("eviction", self.memory.bytes() + self.outdated_specular.bytes()),
             ("mirror in the renderer", self.publisher.mirror_bytes(&self.cache)),
         ];
-        let mut all = [("", 0); 19];
+        let mut all = HeldParts::default();
         self.cache.bytes_by_part().into_iter().chain(tables).zip(&mut all).for_each(|(part, place)| *place = part);
         all
     }
@@ -83,8 +83,18 @@ impl Engine {
         // A face takes about as much as a split leaf.
         if faces > 0 && !self.has_room_for(faces, budget) {
             self.finish_gathering();
+            self.leave(visible);
             within("evict", || self.evict(faces, budget));
         }
+    }
+
+    /// Takes the faces out of view that a new view does not show.
+    fn leave(&mut self, visible: &Visible) {
+        let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
+        let stays = |face: &&(FaceId, u32)| self.view.faces.index_of(face.0).is_some();
+        let staying: Vec<(FaceId, u32)> = visible.faces.iter().filter(stays).copied().collect();
+        let changes = self.view.faces.replace(&staying, |face| cache.root(scene, weld, face));
+        self.leaving.add(changes.hidden);
     }
 
     fn has_room_for(&self, splits: usize, budget: usize) -> bool {

@@ -23,12 +23,14 @@ impl Totals {
         summary.threads = thread_count(options.threads);
         summary.size = [options.size.width, options.size.height];
         self.clocks(summary, start);
-        let MemoryStats { budget, held, free, evicted, coarsened, spilled, paged_in, file_bytes, .. } = engine.memory;
+        let MemoryStats { budget, held, parts, free, evicted, coarsened, spilled, paged_in, file_bytes, .. } =
+            engine.memory;
         summary.memory = Memory {
             triangles: engine.triangles,
             cache_bytes: engine.cache_bytes,
             budget,
             held,
+            parts: parts.into_iter().map(|(part, bytes)| (part.to_owned(), bytes as u64)).collect(),
             free,
             evicted_faces: evicted,
             coarsened,

@@ -7,6 +7,7 @@ mod budget;
 mod coarse_levels;
 mod corridor;
 mod covered;
+mod determinism;
 mod direct;
 mod hidden_lights;
 mod indirect;
