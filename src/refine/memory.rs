@@ -1,12 +1,10 @@
 //! The memory budget: what the engine holds, what its faces out of view have been written to, and which of them go first.
 
-use super::kept::Kept;
 use crate::cache::block::{BlockLayer, ClusterId};
 use crate::cache::bytes::Part;
 use crate::scene::FaceId;
 use crate::store::page_file::{Extent, PageFile};
 use rustc_hash::FxHashMap;
-use std::collections::BTreeSet;
 use std::io;
 
 /// What memory is held for, with the bytes.
@@ -95,7 +93,7 @@ impl Room {
 }
 
 /// The budget, and what was spilled for it.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub struct Memory {
     /// Bytes that may be held, if there is a limit.
     pub(super) budget: Option<usize>,
@@ -106,10 +104,6 @@ pub struct Memory {
     file: Option<PageFile>,
     lighting: u32,
     changed: Changed,
-    /// What an earlier run has kept.
-    pub(super) kept: Option<Box<dyn Kept>>,
-    /// Clusters in view since the last save.
-    unsaved: BTreeSet<ClusterId>,
     pub(super) room: Room,
     /// Tasks that a batch has room for.
     pub(super) tasks: u64,
@@ -134,18 +128,8 @@ impl Memory {
             if cluster >= self.seen.len() {
                 self.seen.resize(cluster + 1, 0);
             }
-            if self.seen[cluster] != self.views {
-                self.unsaved.insert(ClusterId(cluster as u32));
-            }
             self.seen[cluster] = self.views;
         }
-    }
-
-    /// The clusters that were in view since the last call. Those that are still in view go on to change.
-    pub(super) fn take_unsaved(&mut self) -> BTreeSet<ClusterId> {
-        let in_view = (0..).zip(&self.seen).filter(|&(_, &seen)| seen > 0 && seen == self.views);
-        let still = in_view.map(|(cluster, _)| ClusterId(cluster)).collect();
-        std::mem::replace(&mut self.unsaved, still)
     }
 
     /// Clusters that views have shown and this one does not, those first that were seen longest ago.
@@ -186,11 +170,6 @@ impl Memory {
         self.changed.direct.extend(groups.map(|group| (group as u32, self.lighting)));
     }
 
-    /// Whether lights have ever changed.
-    pub(super) const fn has_relit(&self) -> bool {
-        self.lighting > 0
-    }
-
     /// Whether a layer that was spilled under a lighting is still right.
     fn is_current(&self, layer: BlockLayer, lighting: u32) -> bool {
         let changed = match layer {
@@ -201,9 +180,9 @@ impl Memory {
         lighting >= changed
     }
 
-    /// Whether there is anything of a cluster outside of memory.
-    pub(super) fn is_outside(&self, cluster: ClusterId) -> bool {
-        self.spilled.contains_key(&cluster) || self.kept.as_ref().is_some_and(|kept| kept.has(cluster))
+    /// Whether a cluster was spilled.
+    pub(super) fn is_spilled(&self, cluster: ClusterId) -> bool {
+        self.spilled.contains_key(&cluster)
     }
 
     /// Writes a cluster's blocks in order of their layers; whether they are kept.
@@ -224,38 +203,24 @@ impl Memory {
         }
     }
 
-    /// Takes a cluster's blocks from the page file, or from what an earlier run has kept; `None` if they cannot be read.
+    /// Takes a cluster's blocks from the disk, each with whether its layer is still right; `None` if they cannot be read.
     pub(super) fn page_in(&mut self, cluster: ClusterId) -> Option<Vec<Block>> {
-        let Some(blocks) = self.peek(cluster) else {
-            // They are of the scene's lights.
-            let kept = self.kept.as_mut()?.read(cluster).into_iter();
-            return Some(
-                kept.map(|(layer, bytes)| Block { layer, bytes, is_current: self.is_current(layer, 0) }).collect(),
-            );
-        };
-        let Spilled { extent, .. } = self.spilled.remove(&cluster)?;
-        if let Some(file) = &mut self.file {
-            file.forget(extent);
-        }
-        self.stats.paged_in += 1;
-        Some(blocks)
-    }
-
-    /// A cluster's blocks in the page file, each with whether its layer is still right; they stay there.
-    pub(super) fn peek(&mut self, cluster: ClusterId) -> Option<Vec<Block>> {
-        let Spilled { extent, lengths, lighting } = self.spilled.get(&cluster)?;
-        let bytes = self.file.as_ref()?.read(*extent);
+        let Spilled { extent, lengths, lighting } = self.spilled.remove(&cluster)?;
+        let file = self.file.as_mut()?;
+        let bytes = file.read(extent);
+        file.forget(extent);
         self.stats.cannot_spill |= bytes.is_err();
         let bytes = bytes.ok()?;
+        self.stats.paged_in += 1;
         let groups = lengths.len().saturating_sub(2) as u32;
-        let direct = (0..groups).map(BlockLayer::Direct);
-        let layers = [BlockLayer::Shape].into_iter().chain(direct).chain([BlockLayer::Indirect]);
+        let layers =
+            [BlockLayer::Shape].into_iter().chain((0..groups).map(BlockLayer::Direct)).chain([BlockLayer::Indirect]);
         let mut rest = bytes.as_slice();
         let mut blocks = Vec::with_capacity(lengths.len());
         for (layer, len) in layers.zip(lengths) {
-            let (block, after) = rest.split_at_checked(*len as usize)?;
+            let (block, after) = rest.split_at_checked(len as usize)?;
             rest = after;
-            blocks.push(Block { layer, bytes: block.to_vec(), is_current: self.is_current(layer, *lighting) });
+            blocks.push(Block { layer, bytes: block.to_vec(), is_current: self.is_current(layer, lighting) });
         }
         Some(blocks)
     }
@@ -263,7 +228,7 @@ impl Memory {
     /// Bytes held for all this.
     pub(super) fn bytes(&self) -> usize {
         let index = self.spilled.capacity() * (size_of::<(ClusterId, Spilled)>() + 16);
-        self.seen.len() * 4 + index + self.unsaved.len() * 8
+        self.seen.capacity() * 4 + index
     }
 }
 
@@ -310,12 +275,12 @@ mod tests {
                 (BlockLayer::Indirect, b"indirect", false)
             ]
         );
-        assert!(!memory.is_outside(cluster) && memory.page_in(cluster).is_none());
+        assert!(!memory.is_spilled(cluster) && memory.page_in(cluster).is_none());
     }
 
     #[test]
     fn without_a_file_nothing_is_kept() {
         let mut memory = Memory::limited(1, Err(io::Error::other("no file")));
-        assert!(!memory.spill(ClusterId(0), &[b"shape"]) && !memory.is_outside(ClusterId(0)));
+        assert!(!memory.spill(ClusterId(0), &[b"shape"]) && !memory.is_spilled(ClusterId(0)));
     }
 }

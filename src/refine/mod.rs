@@ -17,7 +17,6 @@ pub mod image_error;
 mod indirect;
 mod indirect_error;
 mod judge;
-pub mod kept;
 mod large_leaves;
 pub mod memory;
 mod miss_rate;

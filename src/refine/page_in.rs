@@ -23,7 +23,7 @@ impl Engine {
     /// Takes in what was spilled of faces that come into view.
     pub(super) fn page_in(&mut self, faces: &[(FaceId, u32)]) {
         let is_out =
-            |face: &FaceId| self.memory.is_outside(ClusterId::of(*face)) && self.cache.root_of(*face).is_none();
+            |face: &FaceId| self.memory.is_spilled(ClusterId::of(*face)) && self.cache.root_of(*face).is_none();
         let mut clusters: Vec<ClusterId> =
             faces.iter().map(|(face, _)| *face).filter(is_out).map(ClusterId::of).collect();
         clusters.sort_unstable();
