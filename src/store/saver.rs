@@ -167,8 +167,8 @@ impl Store {
             state.held += block.len();
             let before = state.waiting.insert(key, block);
             state.held -= before.map_or(0, |old| old.len());
+            state.since.get_or_insert_with(Instant::now);
         }
-        state.since.get_or_insert_with(Instant::now);
         drop(state);
         self.shared.wakes.notify_all();
     }
@@ -216,6 +216,13 @@ impl Drop for Store {
 }
 
 impl State {
+    /// From now on nothing is saved.
+    fn give_up(&mut self) {
+        self.gave_up = true;
+        self.waiting.clear();
+        self.held = self.committing.values().map(|block| block.len()).sum();
+    }
+
     fn warn(&mut self, line: String) {
         if !self.warnings.contains(&line) {
             self.warnings.push(line);
@@ -248,7 +255,7 @@ impl Shared {
             Ok((database, found)) => (Some(database), found),
             Err(refusal) => {
                 let mut state = self.state();
-                state.gave_up = true;
+                state.give_up();
                 match refusal {
                     Refusal::Newer(version) => state.warn(format!(
                         "{path}: a later version of penombre wrote it (format {version}); no light is kept, give this version another \
@@ -344,9 +351,8 @@ impl Shared {
     }
 
     fn commit(&self, blocks: &Blocks, note: Option<&[u8]>) -> Result<(), String> {
-        let Some(database) = self.database.get() else { return Ok(()) };
-        let database = database.read().unwrap_or_else(PoisonError::into_inner);
-        let Some(database) = database.as_ref() else { return Ok(()) };
+        let database = self.database.wait().read().unwrap_or_else(PoisonError::into_inner);
+        let Some(database) = database.as_ref() else { return Err("it is not open".to_owned()) };
         // In the order of keys, so that the same blocks make the same file.
         let mut sorted: Vec<_> = blocks.iter().map(|(key, block)| (*key, &**block)).collect();
         sorted.sort_unstable_by_key(|(key, _)| *key);
@@ -370,9 +376,7 @@ impl Shared {
                 state.saved.bytes += bytes as u64;
             }
             Err(why) if !state.gave_up => {
-                state.gave_up = true;
-                state.waiting.clear();
-                state.held = 0;
+                state.give_up();
                 state.warn(format!("{}: light cannot be saved: {why}; the run goes on without", self.path.display()));
             }
             Err(_) => {}

@@ -1,6 +1,7 @@
 //! Damaged files: what comes back is what went in, or nothing; never a panic.
 
 use crate::support::{Random, block, key, open, round_of};
+use redb::ReadableTable as _;
 use std::fs;
 use std::path::Path;
 
