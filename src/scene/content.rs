@@ -40,7 +40,8 @@ impl Content {
         let textures: Vec<u64> = scene.textures.par_iter().map(of_texture).collect();
         let of_map = |map: &TextureMap| of_placed(map, &textures);
         let materials: Vec<u64> = scene.materials.par_iter().map(|m| of_material(m, &of_map)).collect();
-        let emissions = Emissions { scene, materials: scene.materials.iter().map(|m| of_emission(m, &of_map)).collect() };
+        let emissions =
+            Emissions { scene, materials: scene.materials.iter().map(|m| of_emission(m, &of_map)).collect() };
         let lights = scene.lights.par_iter().map(|light| of_light(light, &emissions));
         let part = |(name, hash): (&str, u64)| Part { name: name.to_owned(), hash, place: hash };
         Self {
@@ -63,7 +64,9 @@ impl Content {
     /// no difference if it is of a single direction.
     #[must_use]
     pub fn direct_key(&self, lights: &[u32]) -> u64 {
-        let of = |&light: &u32| self.lights.get(light as usize).map_or(0, |part| if lights.len() > 1 { part.hash } else { part.place });
+        let of = |&light: &u32| {
+            self.lights.get(light as usize).map_or(0, |part| if lights.len() > 1 { part.hash } else { part.place })
+        };
         let mut hashes = vec![VERSION, self.geometry];
         hashes.extend(lights.iter().map(of));
         of_hashes("direct", &hashes)
@@ -89,11 +92,15 @@ fn file_name(texture: &Texture) -> &str {
 fn of_texture(texture: &Texture) -> u64 {
     let mut hash = ContentHash::new("texture");
     let [width, height] = texture.extents()[0];
-    hash.indices(&[width, height, match texture.encoding() {
-        Encoding::Srgb => 0,
-        Encoding::SharedExponent => 1,
-        Encoding::Linear => 2,
-    }]);
+    hash.indices(&[
+        width,
+        height,
+        match texture.encoding() {
+            Encoding::Srgb => 0,
+            Encoding::SharedExponent => 1,
+            Encoding::Linear => 2,
+        },
+    ]);
     // Other levels are made of the first.
     let first = width as usize * height as usize;
     hash.bytes(texture.texels().get(..first).unwrap_or(texture.texels()).as_flattened());
@@ -114,7 +121,10 @@ fn of_placed(map: &TextureMap, textures: &[u64]) -> u64 {
     hash.finish()
 }
 
-fn of_maps<'a>(maps: impl IntoIterator<Item = Option<&'a TextureMap>>, of_map: &impl Fn(&TextureMap) -> u64) -> Vec<u64> {
+fn of_maps<'a>(
+    maps: impl IntoIterator<Item = Option<&'a TextureMap>>,
+    of_map: &impl Fn(&TextureMap) -> u64,
+) -> Vec<u64> {
     maps.into_iter().flat_map(|map| [u64::from(map.is_some()), map.map_or(0, of_map)]).collect()
 }
 

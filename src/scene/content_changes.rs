@@ -14,7 +14,8 @@ impl Content {
             let paired = paired(now, before);
             paired.iter().filter(|(now, before)| before.is_some_and(|b| b.hash == now.hash)).count()
         };
-        let parts = [(&self.materials, &before.materials), (&self.textures, &before.textures), (&self.lights, &before.lights)];
+        let parts =
+            [(&self.materials, &before.materials), (&self.textures, &before.textures), (&self.lights, &before.lights)];
         // The geometry counts more than all else.
         let geometry = if self.geometry == before.geometry { 1 << 32 } else { 0 };
         geometry + parts.iter().map(|(now, before)| same(now, before)).sum::<usize>()

@@ -47,6 +47,8 @@ pub(super) struct Database {
     inner: redb::Database,
     /// Number of this run.
     run: u64,
+    /// Bytes of blocks that are kept at most, those of the present run included.
+    most: u64,
 }
 
 /// What was there when a file was opened.
@@ -57,28 +59,24 @@ pub(super) struct Found {
     /// Blocks and bytes of layers that were asked for.
     pub(super) blocks: u64,
     pub(super) bytes: u64,
-    /// Layers that were dropped to make room.
-    pub(super) dropped: usize,
 }
 
 impl Database {
-    /// Opens a file, which is made if it is not there, for a run that uses `layers`; of others the oldest are dropped until no more
-    /// than `most` bytes are kept.
+    /// Opens a file, which is made if it is not there, and may take so many bytes of blocks.
     ///
     /// # Errors
     /// Why it cannot be used; it is left as it is.
-    pub(super) fn open(path: &Path, layers: &[u64], most: u64) -> Result<(Self, Found), Refusal> {
+    pub(super) fn open(path: &Path, most: u64) -> Result<Self, Refusal> {
         let file = StoreFile::open(path, longest(most)).map_err(|e| Refusal::System(e.to_string()))?;
         let mut builder = redb::Database::builder();
         builder.set_cache_size(PAGES_IN_MEMORY).set_check_integrity_on_open(true);
-        let mut database = Self { inner: builder.create_with_backend(file).map_err(refusal)?, run: 0 };
+        let mut database = Self { inner: builder.create_with_backend(file).map_err(refusal)?, run: 0, most };
         let damaged = |e: redb::Error| Refusal::Damaged(e.to_string());
         if let Some(version) = database.number(FORMAT).map_err(damaged)?.filter(|&version| version > VERSION) {
             return Err(Refusal::Newer(version));
         }
-        let found = database.begin_run(layers, most).map_err(damaged)?;
         database.make_smaller(path);
-        Ok((database, found))
+        Ok(database)
     }
 
     fn number(&self, name: &str) -> Result<Option<u64>, redb::Error> {
@@ -96,7 +94,11 @@ impl Database {
         Ok(transaction)
     }
 
-    fn begin_run(&mut self, layers: &[u64], most: u64) -> Result<Found, redb::Error> {
+    /// Begins a run that uses `layers`; of others the oldest are dropped if there are too many. What of them is there.
+    ///
+    /// # Errors
+    /// Those of the disk.
+    pub(super) fn begin_run(&mut self, layers: &[u64]) -> Result<Found, redb::Error> {
         let transaction = self.transaction()?;
         let mut found = Found::default();
         {
@@ -110,7 +112,8 @@ impl Database {
                 let known = kept.get(layer)?.map(|value| value.value());
                 if let Some((_, bytes, blocks)) = known {
                     kept.insert(layer, (self.run, bytes, blocks))?;
-                    (found.bytes, found.blocks) = (found.bytes.saturating_add(bytes), found.blocks.saturating_add(blocks));
+                    (found.bytes, found.blocks) =
+                        (found.bytes.saturating_add(bytes), found.blocks.saturating_add(blocks));
                 }
             }
             let notes = transaction.open_table(NOTES)?;
@@ -118,7 +121,7 @@ impl Database {
                 found.notes.push(entry?.1.value().to_vec());
             }
         }
-        (found.dropped, _) = drop_oldest(&transaction, self.run, most)?;
+        drop_oldest(&transaction, self.run, self.most)?;
         transaction.commit()?;
         Ok(found)
     }
@@ -150,13 +153,12 @@ impl Database {
         Ok(found.map(|value| value.value().get(..MAX_BLOCK + 64).unwrap_or(value.value()).to_vec()))
     }
 
-    /// Keeps sealed blocks, all or none, and what is to be told of them; older layers are dropped until no more than `most` bytes are
-    /// kept, if that is enough. The bytes that are kept then.
+    /// Keeps sealed blocks, all or none, and what is to be told of them; older layers are dropped until there is room, if
+    /// that is enough. The bytes that are kept then.
     pub(super) fn keep<'a>(
         &self,
         blocks: impl Iterator<Item = (BlockKey, &'a [u8])>,
         note: Option<&[u8]>,
-        most: u64,
     ) -> Result<u64, redb::Error> {
         let transaction = self.transaction()?;
         {
@@ -174,7 +176,7 @@ impl Database {
                 notes.retain(|run, _| run + MOST_NOTES > self.run)?;
             }
         }
-        let (_, kept) = drop_oldest(&transaction, self.run, most)?;
+        let kept = drop_oldest(&transaction, self.run, self.most)?;
         transaction.commit()?;
         Ok(kept)
     }
@@ -185,9 +187,9 @@ const fn longest(most: u64) -> u64 {
     most.saturating_mul(4).saturating_add(SLACK)
 }
 
-/// Drops layers that this run does not use, those that were used longest ago first, until no more than `most` bytes are kept: how many
-/// were dropped, and how many bytes are kept.
-fn drop_oldest(transaction: &WriteTransaction, run: u64, most: u64) -> Result<(usize, u64), redb::Error> {
+/// Drops layers that this run does not use, those that were used longest ago first, until no more than `most` bytes are kept: how
+/// many are kept then.
+fn drop_oldest(transaction: &WriteTransaction, run: u64, most: u64) -> Result<u64, redb::Error> {
     let mut layers = transaction.open_table(LAYERS)?;
     let mut by_age = BTreeSet::new();
     let mut kept = 0u64;
@@ -200,16 +202,15 @@ fn drop_oldest(transaction: &WriteTransaction, run: u64, most: u64) -> Result<(u
         }
     }
     let mut blocks = transaction.open_table(BLOCKS)?;
-    let mut dropped = 0;
     for (_, layer, bytes) in by_age {
         if kept <= most {
             break;
         }
         blocks.retain_in((layer, 0)..=(layer, u32::MAX), |_, _| false)?;
         layers.remove(layer)?;
-        (kept, dropped) = (kept.saturating_sub(bytes), dropped + 1);
+        kept = kept.saturating_sub(bytes);
     }
-    Ok((dropped, kept))
+    Ok(kept)
 }
 
 fn refusal(fault: redb::DatabaseError) -> Refusal {

@@ -97,7 +97,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("scene.obj");
         fs::write(&file, "v 0 0 0").unwrap();
-        for (path, why) in [(file.clone(), "is not a directory"), (file.join("below"), "cannot make the cache directory")] {
+        for (path, why) in
+            [(file.clone(), "is not a directory"), (file.join("below"), "cannot make the cache directory")]
+        {
             let refused = Directory::take(&path).unwrap_err();
             assert_eq!(refused.exit_status(), 2);
             assert!(refused.to_string().contains(why), "{refused}");

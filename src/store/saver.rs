@@ -28,7 +28,7 @@ impl Default for Limits {
     }
 }
 
-/// What a run uses of a store, and says of itself to later ones.
+/// What a run uses of a store, and tells of itself.
 #[derive(Clone, Debug, Default)]
 pub struct Use {
     /// The layers that it has: they are not dropped.
@@ -66,7 +66,7 @@ pub struct Saved {
 /// An open store. It is for one process at a time, and for any of its threads. Dropping it commits what waits.
 pub struct Store {
     shared: Arc<Shared>,
-    thread: Option<JoinHandle<()>>,
+    thread: Mutex<Option<JoinHandle<()>>>,
 }
 
 struct Shared {
@@ -92,6 +92,8 @@ struct State {
     committing: Arc<Blocks>,
     /// Bytes of both.
     held: usize,
+    /// What the run uses, until it has begun.
+    uses: Option<Use>,
     note: Option<Vec<u8>>,
     /// Whether no more blocks come.
     closing: bool,
@@ -108,31 +110,42 @@ impl Store {
     /// # Errors
     /// [`Error::Usage`] if the directory is none or another process uses it, [`Error::Io`] if it cannot be written to,
     /// [`Error::Exhausted`] if the system gives no thread.
-    pub fn open(directory: &Path, uses: Use, limits: Limits) -> Result<Self> {
+    pub fn open(directory: &Path, limits: Limits) -> Result<Self> {
         let directory = Directory::take(directory)?;
-        let state = State { note: Some(uses.note).filter(|note| note.len() <= MAX_NOTE), ..State::default() };
         let shared = Arc::new(Shared {
             limits,
             path: directory.blocks(),
-            state: Mutex::new(state),
+            state: Mutex::default(),
             wakes: Condvar::new(),
             database: OnceLock::new(),
             before: OnceLock::new(),
         });
-        let (at, layers) = (Arc::clone(&shared), uses.layers);
+        let at = Arc::clone(&shared);
         let thread = std::thread::Builder::new().name("penombre-store".to_owned()).spawn(move || {
-            at.begin(&directory, &layers);
+            at.open(&directory);
             at.save();
             // Before the directory's lock goes.
             at.forget_database();
         });
         let thread = thread.map_err(|e| Error::Exhausted(format!("cannot start a thread: {e}")))?;
-        Ok(Self { shared, thread: Some(thread) })
+        Ok(Self { shared, thread: Mutex::new(Some(thread)) })
     }
 
-    /// What was there when it was opened; waits until it is.
+    /// Says once what the run uses: nothing is committed before.
+    pub fn begin(&self, uses: Use) {
+        self.shared.state().uses = Some(uses);
+        self.shared.wakes.notify_all();
+    }
+
+    /// What was there, once that is known.
     #[must_use]
-    pub fn before(&self) -> &Before {
+    pub fn before(&self) -> Option<&Before> {
+        self.shared.before.get()
+    }
+
+    /// What was there; waits for it, after [`Self::begin`].
+    #[must_use]
+    pub fn wait_for_before(&self) -> &Before {
         self.shared.before.wait()
     }
 
@@ -154,7 +167,8 @@ impl Store {
 
     /// Hands blocks over: all of them are kept, or none, if the process ends in between. They take the place of earlier ones of their keys.
     pub fn write(&self, blocks: impl IntoIterator<Item = (BlockKey, Vec<u8>)>) {
-        let sealed: Vec<(BlockKey, Arc<[u8]>)> = blocks.into_iter().map(|(key, bytes)| (key, Arc::from(block::sealed(key, &bytes)))).collect();
+        let sealed: Vec<(BlockKey, Arc<[u8]>)> =
+            blocks.into_iter().map(|(key, bytes)| (key, Arc::from(block::sealed(key, &bytes)))).collect();
         let mut state = self.shared.state();
         if state.gave_up {
             return;
@@ -194,15 +208,16 @@ impl Store {
 
     /// Commits what waits and closes the store: what it did, and warnings that are left.
     #[must_use]
-    pub fn close(mut self) -> (Saved, Vec<String>) {
+    pub fn close(&self) -> (Saved, Vec<String>) {
         self.finish();
         (self.saved(), self.warnings())
     }
 
-    fn finish(&mut self) {
+    fn finish(&self) {
         self.shared.state().closing = true;
         self.shared.wakes.notify_all();
-        if let Some(thread) = self.thread.take() {
+        let thread = self.thread.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(thread) = thread {
             // A panic has been reported by the panic hook.
             let _ = thread.join();
         }
@@ -237,9 +252,9 @@ impl Shared {
     }
 
     /// Opens the database; without one nothing is kept, and a warning says why.
-    fn begin(&self, directory: &Directory, layers: &[u64]) {
+    fn open(&self, directory: &Directory) {
         let path = self.path.display();
-        let mut opened = Database::open(&self.path, layers, self.limits.most);
+        let mut opened = Database::open(&self.path, self.limits.most);
         if let Err(Refusal::Damaged(why)) = &opened {
             let aside = directory.put_aside();
             let told = match &aside {
@@ -248,30 +263,46 @@ impl Shared {
             };
             self.state().warn(format!("{path}: the file is damaged ({why}); {told}"));
             if aside.is_ok() {
-                opened = Database::open(&self.path, layers, self.limits.most);
+                opened = Database::open(&self.path, self.limits.most);
             }
         }
-        let (database, found) = match opened {
-            Ok((database, found)) => (Some(database), found),
-            Err(refusal) => {
-                let mut state = self.state();
-                state.give_up();
-                match refusal {
-                    Refusal::Newer(version) => state.warn(format!(
-                        "{path}: a later version of penombre wrote it (format {version}); no light is kept, give this version another \
-                         --cache-dir"
-                    )),
-                    Refusal::System(why) => state.warn(format!("{path}: cannot be opened: {why}; no light is kept")),
-                    // Told above, but for a new file.
-                    Refusal::Damaged(_) => {}
-                }
-                (None, Found::default())
-            }
+        let fault = match &opened {
+            Err(Refusal::Newer(version)) => Some(format!(
+                "{path}: a later version of penombre wrote it (format {version}); no light is kept, give this version another --cache-dir"
+            )),
+            Err(Refusal::System(why)) => Some(format!("{path}: cannot be opened: {why}; no light is kept")),
+            // Told above, but for a file that is new.
+            Err(Refusal::Damaged(_)) | Ok(_) => None,
         };
-        let Found { notes, blocks, bytes, .. } = found;
-        // Each is set once.
-        let _ = self.database.set(RwLock::new(database));
-        let _ = self.before.set(Before { notes, blocks, bytes });
+        let mut state = self.state();
+        if opened.is_err() {
+            state.give_up();
+        }
+        fault.into_iter().for_each(|fault| state.warn(fault));
+        drop(state);
+        // It is set once.
+        let _ = self.database.set(RwLock::new(opened.ok()));
+    }
+
+    /// Begins the run once it is known what that uses.
+    fn begin(&self, Use { layers, note }: Use) {
+        let mut before = Before::default();
+        if let Some(database) = self.database.wait().write().unwrap_or_else(PoisonError::into_inner).as_mut() {
+            match database.begin_run(&layers) {
+                Ok(Found { notes, blocks, bytes }) => before = Before { notes, blocks, bytes },
+                Err(fault) => {
+                    let mut state = self.state();
+                    state.give_up();
+                    state.warn(format!(
+                        "{}: light cannot be saved: {fault}; the run goes on without",
+                        self.path.display()
+                    ));
+                }
+            }
+        }
+        self.state().note = Some(note).filter(|note| note.len() <= MAX_NOTE);
+        // It is set once.
+        let _ = self.before.set(before);
     }
 
     fn forget_database(&self) {
@@ -314,8 +345,10 @@ impl Shared {
         }
     }
 
-    /// Commits what is handed over until the store is closed.
+    /// Commits what is handed over, from the beginning of the run until the store is closed.
     fn save(&self) {
+        let Some(uses) = self.uses() else { return };
+        self.begin(uses);
         let identity = FileIdentity::of(&self.path);
         loop {
             let (blocks, note, last) = self.due();
@@ -330,6 +363,20 @@ impl Shared {
             if last {
                 return;
             }
+        }
+    }
+
+    /// Waits for what the run uses; nothing if it is closed before.
+    fn uses(&self) -> Option<Use> {
+        let mut state = self.state();
+        loop {
+            if let Some(uses) = state.uses.take() {
+                return Some(uses);
+            }
+            if state.closing {
+                return None;
+            }
+            state = self.wakes.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
     }
 
@@ -356,7 +403,7 @@ impl Shared {
         // In the order of keys, so that the same blocks make the same file.
         let mut sorted: Vec<_> = blocks.iter().map(|(key, block)| (*key, &**block)).collect();
         sorted.sort_unstable_by_key(|(key, _)| *key);
-        let kept = database.keep(sorted.into_iter(), note, self.limits.most).map_err(|e| e.to_string())?;
+        let kept = database.keep(sorted.into_iter(), note).map_err(|e| e.to_string())?;
         if kept > self.limits.most {
             return Err(format!("{} MiB of light are kept, which is the most", kept >> 20));
         }

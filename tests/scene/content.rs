@@ -93,7 +93,9 @@ fn cameras_display_and_names_make_no_difference() {
 
 #[test]
 fn power_and_colour_of_a_light_of_one_direction_leave_its_direct_light() {
-    for edit in [("[3, 3, 3]", "[9, 1, 0]"), ("irradiance = [1, 1, 1]", "irradiance = [2, 2, 2]"), ("[5, 5, 5]", "[6, 6, 6]")] {
+    for edit in
+        [("[3, 3, 3]", "[9, 1, 0]"), ("irradiance = [1, 1, 1]", "irradiance = [2, 2, 2]"), ("[5, 5, 5]", "[6, 6, 6]")]
+    {
         assert_eq!(kept(&[edit]), (true, [true; 4], false), "{edit:?}");
     }
     assert_eq!(

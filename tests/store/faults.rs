@@ -1,7 +1,7 @@
 //! Faults of disk and directory: a message, and the run goes on.
 
-use crate::support::{AT_ONCE, block, key, open, round_of};
-use penombre::store::{Limits, Store, Use};
+use crate::support::{AT_ONCE, begun, block, key, open, round_of};
+use penombre::store::{Limits, Store};
 use redb::ReadableDatabase as _;
 use std::fs;
 use std::process::Command;
@@ -32,7 +32,7 @@ fn a_full_disk_is_a_warning_and_what_was_kept_still_comes_back() {
     start.write((0..10).map(|c| (key(1, c), block(key(1, c), 1))));
     drop(start);
     let small = Limits { most: 0, ..AT_ONCE };
-    let store = Store::open(folder.path(), Use { layers: vec![1], note: Vec::new() }, small).unwrap();
+    let store = begun(folder.path(), &[1], &[], small);
     store.write((0..3000).map(|c| (key(3, c), vec![1; 60_000])));
     let wait = std::time::Instant::now();
     while store.has_room() && wait.elapsed() < Duration::from_secs(20) {
@@ -63,12 +63,16 @@ fn a_file_of_a_later_version_is_left_as_it_is() {
         transaction.commit().unwrap();
     }
     let store = open(folder.path());
-    assert_eq!(store.before().blocks, 0);
+    assert_eq!(store.wait_for_before().blocks, 0);
     store.write([(key(1, 1), vec![2])]);
     assert_eq!(store.read(key(1, 1)), None);
     let (_, warnings) = store.close();
-    assert!(warnings.len() == 1 && warnings[0].contains("a later version of penombre wrote it (format 99)"), "{warnings:?}");
-    let transaction = redb::Database::open(&file).unwrap().begin_read().unwrap();
+    assert!(
+        warnings.len() == 1 && warnings[0].contains("a later version of penombre wrote it (format 99)"),
+        "{warnings:?}"
+    );
+    let database = redb::Database::open(&file).unwrap();
+    let transaction = database.begin_read().unwrap();
     let format = transaction.open_table(redb::TableDefinition::<&str, u64>::new("numbers")).unwrap();
     assert_eq!(format.get("format").unwrap().unwrap().value(), 99);
     let blocks = transaction.open_table(redb::TableDefinition::<(u64, u32), &[u8]>::new("blocks")).unwrap();
@@ -82,7 +86,7 @@ const DIRECTORY: &str = "PENOMBRE_TEST_STORE";
 #[test]
 fn second_process() {
     let Ok(directory) = std::env::var(DIRECTORY) else { return };
-    let refused = Store::open(directory.as_ref(), Use::default(), AT_ONCE).err().unwrap();
+    let refused = Store::open(directory.as_ref(), AT_ONCE).err().unwrap();
     assert_eq!(refused.exit_status(), 2);
     println!("refused: {refused}");
 }

@@ -2,6 +2,6 @@
 
 mod damage;
 mod faults;
-mod kills;
 mod keeping;
+mod kills;
 mod support;

@@ -42,5 +42,12 @@ pub fn key(layer: u64, cluster: u32) -> BlockKey {
 pub const AT_ONCE: Limits = Limits { most: 1 << 30, every: Duration::ZERO, waiting: 1 << 20 };
 
 pub fn open(directory: &Path) -> Store {
-    Store::open(directory, Use { layers: vec![1, 2, 3], note: b"a note".to_vec() }, AT_ONCE).unwrap()
+    begun(directory, &[1, 2, 3], b"a note", AT_ONCE)
+}
+
+/// A store, and a run that uses some layers.
+pub fn begun(directory: &Path, layers: &[u64], note: &[u8], limits: Limits) -> Store {
+    let store = Store::open(directory, limits).unwrap();
+    store.begin(Use { layers: layers.to_vec(), note: note.to_vec() });
+    store
 }
