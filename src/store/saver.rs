@@ -69,6 +69,19 @@ pub struct Store {
     thread: Mutex<Option<JoinHandle<()>>>,
 }
 
+impl std::fmt::Debug for Store {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_tuple("Store").field(&self.shared.path).finish()
+    }
+}
+
+impl PartialEq for Store {
+    /// Whether it is the same one.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shared, &other.shared)
+    }
+}
+
 struct Shared {
     limits: Limits,
     /// Where the blocks are, for messages.
@@ -77,7 +90,6 @@ struct Shared {
     wakes: Condvar,
     /// Once it is open: nothing, if it could not be.
     database: OnceLock<RwLock<Option<Database>>>,
-    before: OnceLock<Before>,
 }
 
 /// Blocks by key.
@@ -94,12 +106,16 @@ struct State {
     held: usize,
     /// What the run uses, until it has begun.
     uses: Option<Use>,
+    /// What was there when it began.
+    before: Option<Arc<Before>>,
     note: Option<Vec<u8>>,
-    /// Whether no more blocks come.
+    /// Whether no more blocks come, and whether the thread has ended.
     closing: bool,
+    closed: bool,
     /// Whether nothing is saved any more.
     gave_up: bool,
     warnings: Vec<String>,
+    news: Vec<String>,
     saved: Saved,
 }
 
@@ -118,35 +134,38 @@ impl Store {
             state: Mutex::default(),
             wakes: Condvar::new(),
             database: OnceLock::new(),
-            before: OnceLock::new(),
         });
         let at = Arc::clone(&shared);
         let thread = std::thread::Builder::new().name("penombre-store".to_owned()).spawn(move || {
             at.open(&directory);
             at.save();
-            // Before the directory's lock goes.
-            at.forget_database();
+            at.end();
         });
         let thread = thread.map_err(|e| Error::Exhausted(format!("cannot start a thread: {e}")))?;
         Ok(Self { shared, thread: Mutex::new(Some(thread)) })
     }
 
-    /// Says once what the run uses: nothing is committed before.
+    /// Says what the run uses: nothing is committed before. Once more where another scene takes the place of the first.
     pub fn begin(&self, uses: Use) {
-        self.shared.state().uses = Some(uses);
+        let mut state = self.shared.state();
+        (state.uses, state.before) = (Some(uses), None);
+        drop(state);
         self.shared.wakes.notify_all();
-    }
-
-    /// What was there, once that is known.
-    #[must_use]
-    pub fn before(&self) -> Option<&Before> {
-        self.shared.before.get()
     }
 
     /// What was there; waits for it, after [`Self::begin`].
     #[must_use]
-    pub fn wait_for_before(&self) -> &Before {
-        self.shared.before.wait()
+    pub fn before(&self) -> Arc<Before> {
+        let mut state = self.shared.state();
+        loop {
+            if let Some(before) = &state.before {
+                return Arc::clone(before);
+            }
+            if state.closed {
+                return Arc::default();
+            }
+            state = self.shared.wakes.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
     }
 
     /// A block as it was last handed over, by this run or an earlier one; nothing if there is none, or it is damaged. Waits until the
@@ -187,6 +206,14 @@ impl Store {
         self.shared.wakes.notify_all();
     }
 
+    /// Waits until more blocks may be handed over.
+    pub fn wait_for_room(&self) {
+        let mut state = self.shared.state();
+        while !state.gave_up && !state.closed && state.held >= self.shared.limits.waiting {
+            state = self.shared.wakes.wait(state).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
     /// Whether more blocks may be handed over now: fewer wait than the limit.
     #[must_use]
     pub fn has_room(&self) -> bool {
@@ -198,6 +225,17 @@ impl Store {
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         std::mem::take(&mut self.shared.state().warnings)
+    }
+
+    /// Has a line told to the user.
+    pub fn tell(&self, line: String) {
+        self.shared.state().news.push(line);
+    }
+
+    /// What is to be told since the last call.
+    #[must_use]
+    pub fn news(&self) -> Vec<String> {
+        std::mem::take(&mut self.shared.state().news)
     }
 
     /// What was done so far.
@@ -300,12 +338,19 @@ impl Shared {
                 }
             }
         }
-        self.state().note = Some(note).filter(|note| note.len() <= MAX_NOTE);
-        // It is set once.
-        let _ = self.before.set(before);
+        let mut state = self.state();
+        state.note = Some(note).filter(|note| note.len() <= MAX_NOTE);
+        if state.uses.is_none() {
+            state.before = Some(Arc::new(before));
+        }
+        drop(state);
+        self.wakes.notify_all();
     }
 
-    fn forget_database(&self) {
+    /// Closes the file, before the directory's lock goes.
+    fn end(&self) {
+        self.state().closed = true;
+        self.wakes.notify_all();
         if let Some(database) = self.database.get() {
             *database.write().unwrap_or_else(PoisonError::into_inner) = None;
         }
@@ -347,10 +392,20 @@ impl Shared {
 
     /// Commits what is handed over, from the beginning of the run until the store is closed.
     fn save(&self) {
-        let Some(uses) = self.uses() else { return };
-        self.begin(uses);
         let identity = FileIdentity::of(&self.path);
+        let mut has_begun = false;
         loop {
+            let uses = self.state().uses.take();
+            if let Some(uses) = uses {
+                self.begin(uses);
+                has_begun = true;
+            }
+            if !has_begun {
+                if self.must_not_wait_for_uses() {
+                    return;
+                }
+                continue;
+            }
             let (blocks, note, last) = self.due();
             if !blocks.is_empty() {
                 let kept = if FileIdentity::of(&self.path) == identity {
@@ -366,18 +421,13 @@ impl Shared {
         }
     }
 
-    /// Waits for what the run uses; nothing if it is closed before.
-    fn uses(&self) -> Option<Use> {
+    /// Waits until it is known what the run uses; whether the store is closed before.
+    fn must_not_wait_for_uses(&self) -> bool {
         let mut state = self.state();
-        loop {
-            if let Some(uses) = state.uses.take() {
-                return Some(uses);
-            }
-            if state.closing {
-                return None;
-            }
+        while state.uses.is_none() && !state.closing {
             state = self.wakes.wait(state).unwrap_or_else(PoisonError::into_inner);
         }
+        state.uses.is_none()
     }
 
     /// Waits until blocks are due: those, the note if it is still to be written, and whether they are the last.
@@ -386,11 +436,12 @@ impl Shared {
         loop {
             let full = state.held >= self.limits.waiting / 2;
             let left = state.since.map(|since| self.limits.every.saturating_sub(since.elapsed()));
-            if state.closing || !state.waiting.is_empty() && (full || left == Some(Duration::ZERO)) {
+            let is_due = full || left == Some(Duration::ZERO);
+            if state.closing || state.uses.is_some() || !state.waiting.is_empty() && is_due {
                 let blocks = Arc::new(std::mem::take(&mut state.waiting));
                 state.committing = Arc::clone(&blocks);
                 state.since = None;
-                return (blocks, state.note.clone(), state.closing);
+                return (blocks, state.note.clone(), state.closing && state.uses.is_none());
             }
             let woken = self.wakes.wait_timeout(state, left.unwrap_or(Duration::from_secs(3600)));
             state = woken.unwrap_or_else(PoisonError::into_inner).0;
@@ -428,5 +479,7 @@ impl Shared {
             }
             Err(_) => {}
         }
+        drop(state);
+        self.wakes.notify_all();
     }
 }

@@ -63,7 +63,7 @@ fn a_file_of_a_later_version_is_left_as_it_is() {
         transaction.commit().unwrap();
     }
     let store = open(folder.path());
-    assert_eq!(store.wait_for_before().blocks, 0);
+    assert_eq!(store.before().blocks, 0);
     store.write([(key(1, 1), vec![2])]);
     assert_eq!(store.read(key(1, 1)), None);
     let (_, warnings) = store.close();

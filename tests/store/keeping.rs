@@ -9,7 +9,7 @@ fn blocks_come_back_before_they_are_committed_and_in_a_later_run() {
     let folder = tempfile::tempdir().unwrap();
     let never = Limits { every: Duration::from_secs(3600), ..AT_ONCE };
     let store = begun(folder.path(), &[1], &[], never);
-    assert_eq!(store.wait_for_before().blocks, 0);
+    assert_eq!(store.before().blocks, 0);
     store.write((0..20).map(|c| (key(1, c), block(key(1, c), 1))));
     store.write([(key(1, 7), block(key(1, 7), 2)), (key(2, 7), Vec::new())]);
     assert_eq!(store.saved().blocks, 0, "nothing is committed yet");
@@ -18,7 +18,7 @@ fn blocks_come_back_before_they_are_committed_and_in_a_later_run() {
     assert_eq!((saved.blocks, warnings.len()), (21, 0));
 
     let store = begun(folder.path(), &[1, 9], &[], never);
-    assert_eq!(store.wait_for_before().blocks, 20, "of the layers that are asked for");
+    assert_eq!(store.before().blocks, 20, "of the layers that are asked for");
     for c in 0..20 {
         let bytes = store.read(key(1, c)).unwrap();
         assert_eq!(round_of(key(1, c), &bytes), if c == 7 { 2 } else { 1 });
@@ -47,7 +47,7 @@ fn more_than_waits_at_once_is_told_and_kept_all_the_same() {
     let folder = tempfile::tempdir().unwrap();
     let never = Limits { every: Duration::from_secs(3600), waiting: 100_000, most: 1 << 30 };
     let store = begun(folder.path(), &[], &[], never);
-    let _ = store.wait_for_before();
+    let _ = store.before();
     assert!(store.has_room());
     store.write([(key(1, 1), vec![7; 200_000])]);
     // It is committed before its time, and then there is room again.
@@ -76,7 +76,7 @@ fn of_layers_that_no_run_uses_the_oldest_are_dropped_and_no_other() {
     let store = open(folder.path());
     let there: Vec<u64> = (1..=5).filter(|&layer| store.read(key(layer, 3)).is_some()).collect();
     assert_eq!(there, [1, 4, 5]);
-    assert_eq!(store.wait_for_before().notes, [[5], [1], [4], [3], [2], [1]], "the newest first");
+    assert_eq!(store.before().notes, [[5], [1], [4], [3], [2], [1]], "the newest first");
 }
 
 #[test]

@@ -24,7 +24,7 @@ fn saving_child() {
     let Ok(directory) = std::env::var(DIRECTORY) else { return };
     let from: u64 = std::env::var(FROM).unwrap().parse().unwrap();
     let store = open(directory.as_ref());
-    let _ = store.wait_for_before();
+    let _ = store.before();
     let mut blocks = 0;
     for round in from..from + 100_000 {
         let (layer, clusters) = written(round);
@@ -92,7 +92,7 @@ fn kills(count: u32, seed: u64) {
         let (begun, saved) = kill_one(folder.path(), newest + 1, after);
         in_a_commit += u32::from(begun > saved);
         let start = Instant::now();
-        let _ = open(folder.path()).wait_for_before();
+        let _ = open(folder.path()).before();
         slowest = slowest.max(start.elapsed());
         newest = check(folder.path(), saved, begun);
     }
