@@ -85,17 +85,15 @@ impl Engine {
         self.keeping = Some(Keeping { store, keys, kept, asked, next: 0, began: Instant::now() });
     }
 
-    /// Takes in what is kept of faces that come into view for the first time.
+    /// Takes in what is kept of clusters that come into view for the first time.
     pub(super) fn take_kept(&mut self, faces: &[(FaceId, u32)]) {
         let Some(keeping) = &mut self.keeping else { return };
-        let (cache, memory) = (&self.cache, &self.memory);
-        let is_new = |face: &FaceId| cache.root_of(*face).is_none() && !memory.is_spilled(ClusterId::of(*face));
-        let mut clusters: Vec<ClusterId> =
-            faces.iter().map(|(face, _)| *face).filter(is_new).map(ClusterId::of).collect();
+        let memory = &self.memory;
+        let mut clusters: Vec<ClusterId> = faces.iter().map(|(face, _)| ClusterId::of(*face)).collect();
         clusters.dedup();
         clusters.sort_unstable();
         clusters.dedup();
-        clusters.retain(|&cluster| keeping.asked.insert(cluster));
+        clusters.retain(|&cluster| !memory.is_spilled(cluster) && keeping.asked.insert(cluster));
         let is_current = |layer| memory.is_current(layer, 0);
         let blocks: Vec<(ClusterId, Vec<Block>)> = within("read kept light", || {
             clusters.into_iter().filter_map(|cluster| Some((cluster, keeping.read(cluster, &is_current)?))).collect()
@@ -155,6 +153,15 @@ impl Engine {
             keeping.write(cluster, blocks);
             // If it is not spilled, it comes back from the store.
             keeping.asked.remove(&cluster);
+        }
+    }
+}
+
+impl Drop for Engine {
+    /// Keeps what is not kept yet.
+    fn drop(&mut self) {
+        if self.keeping.is_some() && !std::thread::panicking() {
+            within("save", || self.save_all());
         }
     }
 }

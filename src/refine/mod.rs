@@ -18,6 +18,7 @@ mod indirect;
 mod indirect_error;
 mod judge;
 mod large_leaves;
+mod keeping;
 pub mod memory;
 mod miss_rate;
 pub mod nice;
