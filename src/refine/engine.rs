@@ -210,8 +210,9 @@ impl Engine {
 
     /// Refines for D alone, before any view: no eye sees highlights.
     #[must_use]
-    pub fn without_highlights(self) -> Self {
-        Self { reflectances: self.reflectances.without_highlights(), ..self }
+    pub fn without_highlights(mut self) -> Self {
+        self.reflectances = self.reflectances.without_highlights();
+        self
     }
 
     /// Has a new view wait so long at most for new faces, and so long for S: what needs no ray, but time.

@@ -17,8 +17,10 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time between two rounds of saving, which look at all clusters for what changed.
+/// Time between two rounds of saving, which look at all clusters for what changed: at least so long, and so many times as long as a round
+/// takes.
 const ROUND: Duration = Duration::from_secs(3);
+const PAUSE: u32 = 30;
 /// Time that a batch may take for it.
 const A_BATCH: Duration = Duration::from_millis(1);
 /// Bytes before those of a block of a layer: a hash of the shape that it was written with, whose vertices it goes by.
@@ -68,9 +70,12 @@ pub struct Keeping {
     kept: FxHashMap<ClusterId, Vec<u64>>,
     /// Clusters that were asked for.
     asked: FxHashSet<ClusterId>,
-    /// Clusters from here on are to be looked at in this round, which began at this time.
+    /// Clusters from here on are to be looked at in this round.
     next: u32,
-    began: Instant,
+    /// Time that the round has taken so far.
+    spent: Duration,
+    /// When the next round is due.
+    due: Instant,
 }
 
 impl Engine {
@@ -81,8 +86,8 @@ impl Engine {
         store.begin(Use { layers: keys.all(), note });
         let before = within("open the store", || store.before());
         said_of(&before, content).into_iter().for_each(|line| store.tell(line));
-        let (kept, asked) = (FxHashMap::default(), FxHashSet::default());
-        self.keeping = Some(Keeping { store, keys, kept, asked, next: 0, began: Instant::now() });
+        let (kept, asked, due) = (FxHashMap::default(), FxHashSet::default(), Instant::now() + ROUND);
+        self.keeping = Some(Keeping { store, keys, kept, asked, next: 0, spent: Duration::ZERO, due });
     }
 
     /// Takes in what is kept of clusters that come into view for the first time.
@@ -105,8 +110,8 @@ impl Engine {
 
     /// Hands over what changed since it was last, as far as the time of a batch allows.
     pub(super) fn save_some(&mut self) {
-        if self.keeping.as_ref().is_some_and(|keeping| keeping.is_due()) && self.is_as_loaded() {
-            within("save", || self.save(Some(Instant::now() + A_BATCH)));
+        if self.keeping.as_ref().is_some_and(Keeping::is_due) && self.is_as_loaded() {
+            within("save", || self.save(Some(A_BATCH)));
         }
     }
 
@@ -125,14 +130,17 @@ impl Engine {
         self.memory.is_as_loaded()
     }
 
-    /// Goes on with a round until some time.
-    fn save(&mut self, until: Option<Instant>) {
+    /// Goes on with a round, for so long at most.
+    fn save(&mut self, most: Option<Duration>) {
         let Some(keeping) = &mut self.keeping else { return };
-        let triangles = self.scene.triangles.len() as u32;
+        let (start, triangles) = (Instant::now(), self.scene.triangles.len() as u32);
         let count = ClusterId::count(triangles);
         while keeping.next < count {
-            match until {
-                Some(until) if !keeping.store.has_room() || Instant::now() >= until => return,
+            match most {
+                Some(most) if !keeping.store.has_room() || start.elapsed() >= most => {
+                    keeping.spent += start.elapsed();
+                    return;
+                }
                 Some(_) => {}
                 None => keeping.store.wait_for_room(),
             }
@@ -142,7 +150,9 @@ impl Engine {
                 keeping.write(cluster, &self.cache.blocks(cluster, triangles));
             }
         }
-        (keeping.next, keeping.began) = (0, Instant::now());
+        let spent = keeping.spent + start.elapsed();
+        keeping.due = Instant::now() + ROUND.max(spent * PAUSE);
+        (keeping.next, keeping.spent) = (0, Duration::ZERO);
     }
 
     /// Hands over the blocks of a cluster that leaves memory.
@@ -169,7 +179,7 @@ impl Drop for Engine {
 impl Keeping {
     /// Whether a round is under way, or the next is due.
     fn is_due(&self) -> bool {
-        self.next > 0 || self.began.elapsed() >= ROUND
+        self.next > 0 || Instant::now() >= self.due
     }
 
     /// The blocks of a cluster that are kept and fit together; nothing without a shape.

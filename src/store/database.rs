@@ -24,7 +24,7 @@ const RUNS: &str = "runs";
 /// Version of these tables.
 const VERSION: u64 = 1;
 /// Memory that redb keeps pages in, bytes.
-const PAGES_IN_MEMORY: usize = 8 << 20;
+pub(super) const PAGES_IN_MEMORY: usize = 8 << 20;
 /// Notes that are kept, and the longest, bytes.
 const MOST_NOTES: u64 = 16;
 pub(super) const MAX_NOTE: usize = 4 << 20;

@@ -1,7 +1,7 @@
 //! The store as a run uses it: blocks are handed over and come back at once, a thread of its own commits them every few seconds.
 
 use super::block::{self, BlockKey, Damage, MAX_BLOCK};
-use super::database::{Database, Found, MAX_NOTE, Refusal};
+use super::database::{Database, Found, MAX_NOTE, PAGES_IN_MEMORY, Refusal};
 use super::directory::Directory;
 use super::file_identity::FileIdentity;
 use crate::error::{Error, Result};
@@ -24,7 +24,15 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { most: 8 << 30, every: Duration::from_secs(2), waiting: 64 << 20 }
+        Self { most: 8 << 30, every: Duration::from_secs(2), waiting: 32 << 20 }
+    }
+}
+
+impl Limits {
+    /// Memory that a store takes at most, bytes.
+    #[must_use]
+    pub const fn memory(&self) -> u64 {
+        (self.waiting + PAGES_IN_MEMORY) as u64
     }
 }
 
@@ -236,6 +244,12 @@ impl Store {
     #[must_use]
     pub fn news(&self) -> Vec<String> {
         std::mem::take(&mut self.shared.state().news)
+    }
+
+    /// How much it keeps, and how often.
+    #[must_use]
+    pub fn limits(&self) -> Limits {
+        self.shared.limits
     }
 
     /// What was done so far.
