@@ -97,6 +97,6 @@ mod tests {
         let kept = sealed(KEY, b"light");
         assert_eq!(kept.len(), 21);
         assert_eq!(kept[..8], [1, 0, 0, 0, 0, 0, 0, 0]);
-        assert_eq!(u64::from_le_bytes(kept[8..16].try_into().unwrap()), 0);
+        assert_eq!(u64::from_le_bytes(kept[8..16].try_into().unwrap()), 0x2ca7_9791_13ef_d221);
     }
 }
