@@ -2,6 +2,7 @@
 # make test    install what is lacking, run all tests; a machine without a Vulkan device fails
 # make check   format, lints, tests, documentation: what a change must pass
 # make bench   measure what a user waits for, on a quiet machine: a page for docs/results, in out/bench.md
+# make kills   kill the program two hundred times while it saves light, and the store by itself: minutes
 # make setup   only install what is lacking (make setup SETUP_FLAGS=--dry-run shows it)
 
 CARGO ?= cargo
@@ -19,7 +20,7 @@ REFERENCE_FLAGS = --filter point --size 256x192 --pixels 8000 --spp 2048 --seed 
 # References among BENCH_SCENES that are made here.
 BENCH_REFERENCES = $(foreach word,$(subst =, ,$(BENCH_SCENES)),$(filter out/references/%.exr,$(firstword $(subst .exr@,.exr ,$(word)))))
 
-.PHONY: demo test check bench setup setup-tests format lint doc
+.PHONY: demo test check bench kills setup setup-tests format lint doc
 
 demo: setup
 	@mkdir -p out
@@ -48,6 +49,10 @@ out/references/%.exr:
 test: setup-tests
 	PENOMBRE_REQUIRE_GPU=1 $(CARGO) test
 	PENOMBRE_REQUIRE_GPU=1 $(CARGO) test --features shader-reload --test shaders
+
+kills: setup-tests
+	$(CARGO) test --release --test store -- --ignored --nocapture
+	PENOMBRE_REQUIRE_GPU=1 $(CARGO) test --release --test cli -- --ignored --nocapture two_hundred_killed_renders
 
 check: format lint test doc
 

@@ -7,6 +7,7 @@
 //! - [`geom`]: rays, hits, the BVH
 //! - [`bsdf`]: reflection; [`light`]: lamps
 //! - [`estimate`]: light arriving at a point from one source
+//! - [`store`]: blocks of bytes that outlive a run
 //! - [`cache`]: vertices, their samples a light, the dynamic mesh
 //! - [`refine`]: the engine thread that owns the cache
 //! - [`mod@reference`]: the brute-force path tracer, no cache

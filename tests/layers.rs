@@ -60,6 +60,7 @@ const CRATES: &[(&str, &[&str])] = &[
     ("ctrlc", &["src/cli/"]),
     ("nix", &["src/system.rs"]),
     ("procfs", &["src/system.rs"]),
+    ("redb", &["src/store/"]),
 ];
 
 /// Extensions of shaders and of what they include.

@@ -14,6 +14,7 @@ pub mod diff;
 mod engine_run;
 pub mod info;
 pub mod interrupt;
+mod kept;
 pub mod numbered;
 mod options;
 mod outcome;

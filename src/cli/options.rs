@@ -30,6 +30,7 @@ impl RenderArgs {
             memory: self.memory.budget(),
             budget: self.limits(),
             lose_device_at: self.lose_device_at.clone(),
+            store: None,
         }
     }
 

@@ -2,6 +2,7 @@
 
 use super::args::RenderArgs;
 use super::black_picture::Shown;
+use super::kept::Kept;
 use super::progress::Progress;
 use super::{Outcome, interrupt, numbered, output, scene, trace};
 use crate::error::{Error, Result};
@@ -14,7 +15,8 @@ use crate::scene::load::Loaded;
 use crate::scene::report::Severity;
 use crate::session::pictures::{Picture, Pictures};
 use crate::session::{
-    EndedBy, ErrorMeter, FrameReport, Hierarchy, Observer, Opening, PixelCounts, RunLog, Session, Still, thread_times,
+    EndedBy, ErrorMeter, FrameReport, Hierarchy, Observer, Opening, Options, PixelCounts, RunLog, Session, Still,
+    thread_times,
 };
 use crate::vk::Device;
 use std::path::Path;
@@ -32,7 +34,8 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
 
 fn render(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
-    let mut options = args.options();
+    let kept = Kept::open(&args.cache, args.verbosity.quiet)?;
+    let mut options = Options { store: kept.store(), ..args.options() };
     let gpu = Opening::start(&options)?;
     let loading = Instant::now();
     let mut hierarchy = None;
@@ -59,12 +62,18 @@ fn render(args: &RenderArgs, start: Instant) -> Result<Outcome> {
         output::report(&format!("--reference: {compared} of {all} pixels compared"));
     }
     summary.warnings.extend(fallbacks(args, session.renderer()));
-    let mut making = Making::start(args, &scene, reference, &mut summary)?;
+    let mut making = Making::start(args, (&scene, kept), reference, &mut summary)?;
     let by = making.make(&mut session, &pictures)?;
     making.watch.progress.finish();
+    let Watch { kept, warnings, .. } = making.watch;
+    summary.warnings.extend(warnings);
     let totals = session.totals();
     summary.cpu.threads = thread_times(totals.engine.own_job_seconds);
     let renderer = session.into_renderer();
+    // The engine has ended.
+    let (light, warnings) = kept.close();
+    summary.kept = light;
+    summary.warnings.extend(warnings);
     summary.times.bvh = bvh_seconds.get().copied();
     totals.summarise(&mut summary, renderer.device(), &options, start);
     finish(args, summary, by, totals.engine.estimated_error)?;
@@ -108,6 +117,9 @@ fn fallbacks(args: &RenderArgs, renderer: &Renderer) -> Vec<String> {
 struct Watch {
     progress: Progress,
     log: Option<RunLog>,
+    kept: Kept,
+    /// What was warned of it.
+    warnings: Vec<String>,
 }
 
 impl Observer for Watch {
@@ -128,6 +140,7 @@ impl Observer for Watch {
             log.row(session, report)?;
         }
         self.progress.update(report.at, &report.engine);
+        self.warnings.extend(self.kept.say(|line| self.progress.report(line)));
         Ok(())
     }
 }
@@ -148,12 +161,12 @@ impl<'a> Making<'a> {
     /// Starts the log.
     fn start(
         args: &'a RenderArgs,
-        scene: &'a Scene,
+        (scene, kept): (&'a Scene, Kept),
         reference: Option<ErrorMeter>,
         summary: &'a mut Summary,
     ) -> Result<Self> {
         let log = args.log.as_deref().map(|path| RunLog::create(path, reference)).transpose()?;
-        let watch = Watch { progress: Progress::new(args.verbosity.quiet), log };
+        let watch = Watch { progress: Progress::new(args.verbosity.quiet), log, kept, warnings: Vec::new() };
         Ok(Self { args, scene, summary, watch, doubted: false, short_of_memory: false })
     }
 

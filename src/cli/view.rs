@@ -1,6 +1,7 @@
 //! `penombre view`: a window to walk through a scene, or a script played without one.
 
 use super::args::ViewArgs;
+use super::kept::Kept;
 use super::{Outcome, interrupt, numbered, output, scene, trace};
 use crate::app::Plan;
 use crate::app::headless::{self, Film};
@@ -34,6 +35,7 @@ pub fn run(args: &ViewArgs, start: Instant) -> Result<Outcome> {
 }
 
 fn view(args: &ViewArgs, script: Script, start: Instant) -> Result<Outcome> {
+    let kept = Kept::open(&args.cache, args.cpu.verbosity.quiet)?;
     let mut hierarchy = None;
     let loading = Instant::now();
     let Loaded { scene, report, files, .. } =
@@ -60,7 +62,7 @@ fn view(args: &ViewArgs, script: Script, start: Instant) -> Result<Outcome> {
         exposure: args.exposure.unwrap_or(scene.display.exposure),
         tone_mapping: args.tone_mapping.unwrap_or(scene.display.tone_mapping),
     };
-    let options = Options { display: Some(display), ..args.options() };
+    let options = Options { display: Some(display), store: kept.store(), ..args.options() };
     let scene = Arc::new(scene);
     let written = if args.headless {
         let session = Opening::start(&options)?.finish()?.session(&scene, |scene| hierarchy.finish(scene), &options)?;
@@ -72,6 +74,7 @@ fn view(args: &ViewArgs, script: Script, start: Instant) -> Result<Outcome> {
         let title = format!("{} - penombre", plan.name.display());
         window::run(Show { scene, hierarchy, options, vsync: args.vsync, plan, title, give_up })?
     };
+    let _ = kept.close();
     if !args.cpu.verbosity.quiet {
         written.iter().for_each(|file| output::report(&format!("recorded {}", file.display())));
     }

@@ -43,12 +43,44 @@ pub struct Summary {
     pub rays_per_second: Option<f64>,
     /// Rays per second of CPU time spent on light, all threads together; `null` if none was spent.
     pub rays_per_cpu_second: Option<f64>,
+    /// Light that is kept from one run to the next; `null` without `--cache-dir`.
+    pub kept: Option<KeptLight>,
     /// What ended the run: a budget's name, `converged`, or `interrupted`.
     pub ended_by: Option<String>,
     /// What is drawn by a simpler model than the scene asks for.
     pub stand_ins: Vec<String>,
     /// Warnings given during the run.
     pub warnings: Vec<String>,
+}
+
+/// What became of light that is kept from one run to the next.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct KeptLight {
+    /// Blocks of an earlier run that were taken in.
+    pub reused_blocks: u64,
+    /// Their bytes.
+    pub reused_bytes: u64,
+    /// Blocks that this run saved, each as often as it was.
+    pub saved_blocks: u64,
+    /// Their bytes.
+    pub saved_bytes: u64,
+    /// Blocks that were damaged, and computed anew.
+    pub damaged_blocks: u64,
+}
+
+impl KeptLight {
+    /// One line for the user.
+    #[must_use]
+    pub fn line(&self) -> String {
+        let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
+        let Self { reused_blocks, reused_bytes, saved_blocks, saved_bytes, damaged_blocks } = *self;
+        let damaged = if damaged_blocks > 0 { format!(", {damaged_blocks} damaged") } else { String::new() };
+        format!(
+            "kept light: {reused_blocks} blocks ({:.1} MiB) of earlier runs used{damaged}, {saved_blocks} ({:.1} MiB) saved",
+            mebibytes(reused_bytes),
+            mebibytes(saved_bytes)
+        )
+    }
 }
 
 /// Durations of the parts of the start, seconds; `null` for a part that was not reached.

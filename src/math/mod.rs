@@ -1,5 +1,6 @@
 //! Colour luminance, hashing for seeds, sampling sequences, hemispheres, light of polygons, triangles.
 
+pub mod content_hash;
 pub mod hemisphere;
 pub mod phong_polygon;
 pub mod polygon;

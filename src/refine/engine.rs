@@ -5,6 +5,7 @@
 
 use super::error_model::ErrorModel;
 use super::image_error::ImageError;
+use super::keeping::Keeping;
 use super::memory::{Memory, MemoryStats};
 use super::miss_rate::MissRate;
 use super::options::{Options, Piece};
@@ -106,6 +107,7 @@ pub struct Engine {
     pub(super) stats: EngineStats,
     pub(super) smoothing: Smoothing,
     pub(super) memory: Memory,
+    pub(super) keeping: Option<Keeping>,
     /// Clocks of the engine's own thread when it was made.
     born: OwnClock,
 }
@@ -142,7 +144,9 @@ impl Engine {
     /// An engine with an empty cache.
     #[must_use]
     pub fn new(scene: Arc<Scene>, bvh: Arc<Bvh>, workers: Workers, options: Options) -> Self {
-        Self { bvh, ..Self::without_hierarchy(scene, workers, options) }
+        let mut engine = Self::without_hierarchy(scene, workers, options);
+        engine.bvh = bvh;
+        engine
     }
 
     /// An engine whose hierarchy is still in the making: it can create faces, and do nothing else before it has one.
@@ -172,6 +176,7 @@ impl Engine {
             stats: EngineStats::default(),
             smoothing: Smoothing::default(),
             memory: Memory::default(),
+            keeping: None,
             outdated_specular: OutdatedSpecular::default(),
             unrevealed: Vec::new(),
             view_time: None,
@@ -205,8 +210,9 @@ impl Engine {
 
     /// Refines for D alone, before any view: no eye sees highlights.
     #[must_use]
-    pub fn without_highlights(self) -> Self {
-        Self { reflectances: self.reflectances.without_highlights(), ..self }
+    pub fn without_highlights(mut self) -> Self {
+        self.reflectances = self.reflectances.without_highlights();
+        self
     }
 
     /// Has a new view wait so long at most for new faces, and so long for S: what needs no ray, but time.
@@ -220,6 +226,7 @@ impl Engine {
         let (start, rays) = (Instant::now(), self.stats.rays);
         loop {
             self.make_room();
+            self.save_some();
             within("reveal", || self.reveal_some());
             within("specular", || self.evaluate_some_specular());
             if self.is_complete() {

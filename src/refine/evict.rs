@@ -152,6 +152,7 @@ impl Engine {
                 blocks.direct.iter().chain([&blocks.indirect]).map(|block| block.as_deref().unwrap_or_default());
             let all: Vec<&[u8]> = [blocks.shape.as_slice()].into_iter().chain(layers).collect();
             self.memory.spill(cluster, &all);
+            self.save_leaving(cluster, &blocks);
         }
     }
 

@@ -145,6 +145,16 @@ impl Memory {
         self.seen.iter().any(|&seen| seen > 0 && seen < self.views)
     }
 
+    /// Whether faces of a cluster are there, as far as views have shown them.
+    pub(super) fn is_there(&self, cluster: ClusterId) -> bool {
+        self.seen.get(cluster.0 as usize).is_some_and(|&seen| seen > 0)
+    }
+
+    /// Whether lights never changed.
+    pub(super) const fn is_as_loaded(&self) -> bool {
+        self.lighting == 0
+    }
+
     /// Notes that nothing of a cluster is there any more.
     pub(super) fn note_gone(&mut self, cluster: ClusterId) {
         if let Some(seen) = self.seen.get_mut(cluster.0 as usize) {
@@ -171,7 +181,7 @@ impl Memory {
     }
 
     /// Whether a layer that was spilled under a lighting is still right.
-    fn is_current(&self, layer: BlockLayer, lighting: u32) -> bool {
+    pub(super) fn is_current(&self, layer: BlockLayer, lighting: u32) -> bool {
         let changed = match layer {
             BlockLayer::Shape => 0,
             BlockLayer::Direct(group) => self.changed.direct.get(&group).copied().unwrap_or(0),

@@ -17,6 +17,7 @@ pub mod image_error;
 mod indirect;
 mod indirect_error;
 mod judge;
+mod keeping;
 mod large_leaves;
 pub mod memory;
 mod miss_rate;

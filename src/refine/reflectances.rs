@@ -34,7 +34,7 @@ impl Reflectances {
 
     /// The same where nobody sees highlights, and D is shown by itself, too.
     #[must_use]
-    pub fn without_highlights(self) -> Self {
+    pub fn without_highlights(&self) -> Self {
         /// Of D on black.
         const LEAST: f32 = 0.05;
         Self { by_material: self.by_material.iter().map(|[kd, ..]| [kd.max(LEAST), 0.0, 0.0]).collect() }

@@ -28,6 +28,7 @@ impl Engine {
     pub fn create_faces(&mut self, visible: &Visible) {
         self.memory.see(visible.faces.iter().map(|(face, _)| *face));
         self.page_in(&visible.faces);
+        self.take_kept(&visible.faces);
         let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
         for &(face, _) in &visible.faces {
             cache.root(scene, weld, face);
@@ -42,6 +43,7 @@ impl Engine {
         self.memory.see(visible.faces.iter().map(|(face, _)| *face));
         self.make_room_for_faces(visible);
         self.page_in(&visible.faces);
+        self.take_kept(&visible.faces);
         let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
         let FaceChanges { hidden, mut revealed } =
             self.view.faces.replace(&visible.faces, |face| cache.root(scene, weld, face));

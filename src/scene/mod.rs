@@ -6,6 +6,9 @@
 pub mod camera;
 pub mod camera_path;
 mod commas;
+pub mod content;
+mod content_changes;
+mod content_lights;
 pub mod coplanar;
 mod coplanar_search;
 mod dark_emission;

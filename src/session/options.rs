@@ -9,8 +9,10 @@ use crate::pass::{Depth, DepthFormat, DepthOrder, RendererOptions, UpdateMode};
 use crate::refine::options::{Options as EngineOptions, Pieces, Priority};
 use crate::scene::camera::ImageSize;
 use crate::scene::{Display, Scene};
+use crate::store::Store;
 use crate::system::available_memory;
 use crate::vk::Device;
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Options of a run.
@@ -50,6 +52,8 @@ pub struct Options {
     pub budget: Budget,
     /// Frames in which the device is lost on purpose.
     pub lose_device_at: Vec<u64>,
+    /// Where light is kept from one run to the next, if it is.
+    pub store: Option<Arc<Store>>,
 }
 
 impl Options {
@@ -80,6 +84,7 @@ impl Default for Options {
             memory: None,
             budget: Budget::default().or_error(Quality::default().error()),
             lose_device_at: Vec::new(),
+            store: None,
         }
     }
 }

@@ -12,7 +12,9 @@ use crate::refine::memory::Memory;
 use crate::refine::thread::{Crew, EngineThread, Pace as ThreadPace};
 use crate::refine::workers::Workers;
 use crate::scene::Scene;
+use crate::scene::content::Content;
 use crate::scene::geometry::{Geometry, repeats};
+use crate::store::Store;
 use crate::store::page_file::PageFile;
 use crate::trace::{self, within};
 use crate::vk::{Device, DeviceOptions};
@@ -171,7 +173,9 @@ pub(super) fn engine_thread(
     };
     let draws_at_once = options.moves == Moves::AtOnce && options.pace == Pace::Free;
     let is_watched = beside_frames || options.moves == Moves::AtOnce;
-    let memory = options.memory.map(limited);
+    let for_store = options.store.as_ref().map_or(0, |store| store.limits().memory());
+    let memory = options.memory.map(|bytes| limited(bytes.saturating_sub(for_store).max(bytes / 2)));
+    let keeping = options.store.as_ref().map(|store| Keeping::start(store, scene)).transpose()?;
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
     let build = move |workers| {
         let mut engine = Engine::without_hierarchy(scene, workers, options);
@@ -186,7 +190,10 @@ pub(super) fn engine_thread(
         }
         engine
     };
-    let complete = move |engine: &mut Engine| engine.take_hierarchy(hierarchy);
+    let complete = move |engine: &mut Engine| {
+        engine.take_hierarchy(hierarchy);
+        keeping.into_iter().for_each(|keeping| keeping.finish(engine));
+    };
     EngineThread::spawn(pace, crew, build, complete).map_err(|e| no_threads(&e))
 }
 
@@ -202,8 +209,34 @@ fn limited(bytes: u64) -> Memory {
 /// [`Error::Exhausted`] if the system gives no threads.
 pub fn owned_engine(scene: &Arc<Scene>, bvh: &Arc<Bvh>, options: &Options) -> Result<LightEngine> {
     let workers = Workers::new(thread_count(options.threads), false).map_err(|e| no_threads(&e))?;
-    let engine = Engine::new(Arc::clone(scene), Arc::clone(bvh), workers, options.engine_options(scene));
+    let mut engine = Engine::new(Arc::clone(scene), Arc::clone(bvh), workers, options.engine_options(scene));
+    if let Some(store) = &options.store {
+        Keeping::start(store, scene)?.finish(&mut engine);
+    }
     Ok(LightEngine::owned(engine))
+}
+
+/// What is needed of a scene to keep its light, in the making.
+struct Keeping {
+    store: Arc<Store>,
+    content: JoinHandle<Content>,
+}
+
+impl Keeping {
+    /// Looks at a scene on a thread of its own.
+    fn start(store: &Arc<Store>, scene: &Arc<Scene>) -> Result<Self> {
+        let of = Arc::clone(scene);
+        let content = spawn("penombre-content", move || within("content of the scene", || Content::of(&of)))?;
+        Ok(Self { store: Arc::clone(store), content })
+    }
+
+    /// Waits for it and has an engine keep its light.
+    fn finish(self, engine: &mut Engine) {
+        // A panic has ended the process in the panic hook.
+        if let Ok(content) = self.content.join() {
+            engine.keep_in(self.store, &content);
+        }
+    }
 }
 
 fn no_threads(fault: &dyn std::fmt::Display) -> Error {

@@ -12,6 +12,7 @@ mod convergence;
 mod diff;
 mod exr;
 mod files;
+mod kept_light;
 mod messages;
 mod probe;
 mod process;

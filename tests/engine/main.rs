@@ -12,6 +12,7 @@ mod direct;
 mod hidden_lights;
 mod indirect;
 mod indirect_cornell;
+mod kept;
 mod large_leaves;
 mod memory;
 mod moved_lights;

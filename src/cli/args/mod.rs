@@ -15,7 +15,7 @@ mod view;
 use self::bake::BakeArgs;
 use self::bench::BenchArgs;
 use self::reference::ReferenceArgs;
-use self::shared::{GPU, MESSAGES, REFINEMENT};
+use self::shared::{GPU, LIGHT_ENGINE, MESSAGES, REFINEMENT};
 use super::numbered::numbered;
 use super::values;
 use crate::error::{Error, Result};
@@ -33,7 +33,7 @@ pub use compare::{CompareArgs, CompareLimits, Tilt};
 pub use depth::DepthArgs;
 pub use diff::{DiffArgs, LimitArgs};
 pub use probe::ProbeArgs;
-pub use shared::{CpuArgs, DeviceArgs, MemoryArgs, RefinementArgs, SceneArgs, VerbosityArgs};
+pub use shared::{CacheArgs, CpuArgs, DeviceArgs, MemoryArgs, RefinementArgs, SceneArgs, VerbosityArgs};
 pub use view::ViewArgs;
 
 const AFTER_HELP: &str = "\
@@ -41,6 +41,7 @@ Examples:
   penombre render scene.toml -o image.png --time 10
   penombre render model.obj -o image.exr -o image.png --aa 16 --log frames.csv
   penombre render scene.toml -o walk_####.png --camera-path walk.toml --error 0.05
+  penombre render scene.toml -o image.png --cache-dir cache
   penombre view scene.toml
   penombre probe scene.toml 120 80 --size 320x240 --rays 1000000
   penombre compare scene.toml --out report
@@ -110,6 +111,9 @@ pub struct RenderArgs {
     /// The light engine.
     #[command(flatten)]
     pub engine: EngineArgs,
+    /// Where light is kept.
+    #[command(flatten)]
+    pub cache: CacheArgs,
     /// What is refined.
     #[command(flatten)]
     pub refinement: RefinementArgs,
@@ -204,7 +208,7 @@ pub struct BudgetArgs {
 
 /// The light engine.
 #[derive(Args, Clone, Copy, Debug)]
-#[command(next_help_heading = "Light engine")]
+#[command(next_help_heading = LIGHT_ENGINE)]
 pub struct EngineArgs {
     /// Threads that trace rays [default: all cores]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=256))]

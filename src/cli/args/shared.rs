@@ -13,6 +13,8 @@ use std::path::PathBuf;
 
 /// Heading of the options about what is refined.
 pub(super) const REFINEMENT: &str = "Refinement";
+/// Heading of the options about the light engine.
+pub(super) const LIGHT_ENGINE: &str = "Light engine";
 /// Heading of the options about drawing.
 pub(super) const GPU: &str = "GPU";
 /// Heading of the options about what is said and logged.
@@ -101,6 +103,15 @@ impl RefinementArgs {
     pub fn without(&self) -> Pieces {
         self.without.iter().copied().collect()
     }
+}
+
+/// Where light is kept.
+#[derive(Args, Clone, Debug, Default)]
+pub struct CacheArgs {
+    /// Keep the light that is found in a directory, and begin with what an earlier run of the same scene left there: for other cameras and
+    /// sizes, too, and as far as it holds for changed lights and materials
+    #[arg(long, value_name = "DIR", conflicts_with = "without", help_heading = LIGHT_ENGINE)]
+    pub cache_dir: Option<PathBuf>,
 }
 
 /// The Vulkan device.

@@ -2,7 +2,7 @@
 
 use super::super::values;
 use super::shared::{GPU, MESSAGES};
-use super::{CpuArgs, DeviceArgs, MemoryArgs, RefinementArgs, SceneArgs};
+use super::{CacheArgs, CpuArgs, DeviceArgs, MemoryArgs, RefinementArgs, SceneArgs};
 use crate::app;
 use crate::pass::UpdateMode;
 use crate::scene::ToneMapping;
@@ -61,6 +61,9 @@ pub struct ViewArgs {
     /// Threads, random numbers and messages.
     #[command(flatten)]
     pub cpu: CpuArgs,
+    /// Where light is kept.
+    #[command(flatten)]
+    pub cache: CacheArgs,
     /// What is refined.
     #[command(flatten)]
     pub refinement: RefinementArgs,

@@ -1,6 +1,7 @@
 //! Luminous intensity by direction.
 
 use super::fault::Fault;
+use crate::math::content_hash::ContentHash;
 use glam::{Mat3, Vec3};
 use std::f32::consts::{PI, TAU};
 
@@ -64,6 +65,21 @@ impl Distribution {
             return Err(Fault::new(line, "there are not as many intensities as angles"));
         }
         Ok(Self { system, planes, angles, candela, tilt: Vec::new() })
+    }
+
+    /// Adds what was measured to a hash.
+    pub(super) fn add_to(&self, hash: &mut ContentHash) {
+        hash.number(match self.system {
+            System::C(Symmetry::None) => 0,
+            System::C(Symmetry::Rotation) => 1,
+            System::C(Symmetry::About0) => 2,
+            System::C(Symmetry::About90) => 3,
+            System::C(Symmetry::Quarter) => 4,
+            System::B => 5,
+            System::A => 6,
+        });
+        [&self.planes, &self.angles, &self.candela].into_iter().for_each(|list| hash.floats(list));
+        hash.floats(self.tilt.as_flattened());
     }
 
     /// The same with factors by tilt, degrees.

@@ -1,6 +1,7 @@
 //! A lamp that was measured, as it hangs in a scene.
 
 use super::distribution::Distribution;
+use crate::math::content_hash::ContentHash;
 use crate::math::luminance;
 use crate::scene::light::spot_falloff;
 use glam::{Mat3, Vec3};
@@ -65,6 +66,14 @@ impl Lamp {
     #[must_use]
     pub fn peak(&self) -> Vec3 {
         self.watts * self.distribution.peak()
+    }
+
+    /// Adds where it sends light, as a shape, to one hash, and how much to another.
+    pub(in crate::scene) fn add_to(&self, place: &mut ContentHash, power: &mut ContentHash) {
+        self.distribution.add_to(place);
+        place.frame(&self.frame);
+        place.floats(self.cone.as_ref().map_or(&[], |cone| cone));
+        power.points(&[self.watts]);
     }
 
     /// Radiant flux without a cone, W.
