@@ -111,13 +111,6 @@ impl BetweenLists {
         list.iter_mut().zip(weights).for_each(|((_, old), new)| *old = new);
     }
 
-    /// Bytes of lists that were given back.
-    pub(super) fn free_bytes(&self) -> usize {
-        let [inside, coarse] = &self.free;
-        let entries = |lists: &[Vec<u32>]| lists.iter().zip(0..).map(|(list, len)| list.len() * len).sum::<usize>();
-        (entries(inside) + entries(coarse)) * size_of::<(SlotId, f32)>() + entries(inside) * 4
-    }
-
     /// Bytes held.
     pub(super) fn bytes(&self) -> usize {
         let free: usize = self.free.iter().flatten().map(Vec::capacity).sum();

@@ -5,7 +5,7 @@ use super::ids::{Link, NodeId};
 use super::pool::map_bytes;
 use super::slot::SlotRecord;
 use super::store::Cache;
-use super::topology::Node;
+use super::topology::{Node, Topology};
 use super::vertex::Vertex;
 use std::sync::Arc;
 
@@ -17,8 +17,8 @@ const _: () = assert!(size_of::<Node>() <= 68);
 const _: () = assert!(size_of::<DrawnRecord>() <= 40);
 const _: () = assert!(size_of::<Link<NodeId>>() == 4);
 
-/// Midpoints of a split that no neighbour has made yet.
-const MIDPOINTS: usize = Places::OF_A_SPLIT.vertices;
+/// Edges inside a node that is split.
+const INNER_EDGES: usize = 3;
 /// Bytes of the lists of slots between others, and of what uses a slot.
 const LISTS: usize = 40;
 /// Bytes of what a vertex samples of a light, and of all else: a light vector where it gathers, highlights.
@@ -37,6 +37,8 @@ pub struct Places {
     pub slots: usize,
     /// Of nodes.
     pub nodes: usize,
+    /// Of edges.
+    pub edges: usize,
     /// Of drawn triangles.
     pub drawn: usize,
 }
@@ -44,7 +46,9 @@ pub struct Places {
 impl Places {
     /// What a split takes: each midpoint lies on the edges of two faces; triangles of neighbours are drawn anew, too, and those that
     /// they replace stay until the GPU has heard of it.
-    pub const OF_A_SPLIT: Self = Self { vertices: 2, slots: 3, nodes: 4, drawn: 8 };
+    pub const OF_A_SPLIT: Self = Self { vertices: 2, slots: 3, nodes: 4, edges: INNER_EDGES + 4, drawn: 8 };
+    /// What a new face takes.
+    pub const OF_A_FACE: Self = Self { vertices: 1, slots: 2, nodes: 1, edges: 2, drawn: 2 };
 }
 
 impl Cache {
@@ -59,42 +63,47 @@ impl Cache {
         Arc::make_mut(&mut self.radiance).limit(bytes);
     }
 
-    /// Bytes of places that were given back and wait to be used again.
+    /// Bytes by which arenas grow with these places: with what is sampled at vertices.
     #[must_use]
-    pub fn free_bytes(&self) -> usize {
-        self.vertices.free_places() * size_of::<Vertex>()
-            + self.slots.free_places() * size_of::<SlotRecord>()
-            + self.topology.nodes.free_places() * size_of::<Node>()
-            + self.topology.free_edge_bytes()
-            + self.drawn.triangles.free_places() * size_of::<DrawnRecord>()
-            + self.between.free_bytes()
-    }
-
-    /// Bytes by which arenas grow for so many splits, each as if none of its midpoints were there, with these places: with what is
-    /// sampled at the midpoints.
-    #[must_use]
-    pub fn growth(&self, splits: usize, added: &Places) -> usize {
-        let of_layers = self.layers.len() * SAMPLES_OF_A_LIGHT + SAMPLES;
-        let midpoints = MIDPOINTS * splits;
-        added.vertices * size_of::<Vertex>()
-            + midpoints * of_layers
+    pub fn growth(&self, added: &Places) -> usize {
+        added.vertices * (size_of::<Vertex>() + self.layers.len() * SAMPLES_OF_A_LIGHT + SAMPLES)
             + added.slots * (size_of::<SlotRecord>() + LISTS)
             + added.nodes * size_of::<Node>()
-            + self.topology.edge_growth([3 * splits, midpoints, 0])
+            + added.edges * Topology::EDGE
             + added.drawn * size_of::<DrawnRecord>()
     }
 
-    /// Places that arenas grow by for so many splits: tables go by them.
+    /// Places that arenas grow by for so many faces and splits, each as if its neighbours were not there.
     #[must_use]
-    pub fn places_added(&self, splits: usize) -> Places {
-        let Places { vertices, slots, drawn, .. } = Places::OF_A_SPLIT;
-        let one = |count: usize| [count * splits, 0, 0];
+    pub fn places_added(&self, faces: usize, splits: usize) -> Places {
+        let [face, split] = [Places::OF_A_FACE, Places::OF_A_SPLIT];
+        let one = |of_a_face: usize, of_a_split: usize| [of_a_face * faces + of_a_split * splits, 0, 0];
+        let halves = (split.edges - INNER_EDGES) / 2;
         Places {
-            vertices: self.vertices.growth(one(vertices)),
-            slots: self.slots.growth(one(slots)),
-            nodes: self.topology.nodes.growth([0, 0, splits]),
-            drawn: self.drawn.triangles.growth(one(drawn)),
+            vertices: self.vertices.growth(one(face.vertices, split.vertices)),
+            slots: self.slots.growth(one(face.slots, split.slots)),
+            nodes: self.topology.nodes.growth([face.nodes * faces, 0, splits]),
+            edges: self.topology.edges.growth([face.edges * faces + INNER_EDGES * splits, halves * splits, 0]),
+            drawn: self.drawn.triangles.growth(one(face.drawn, split.drawn)),
         }
+    }
+
+    /// Places that can be used again.
+    #[must_use]
+    pub fn free_places(&self) -> Places {
+        Places {
+            vertices: self.vertices.free_places(),
+            slots: self.slots.free_places(),
+            nodes: self.topology.nodes.free_places(),
+            edges: self.topology.edges.free_places(),
+            drawn: self.drawn.triangles.free_places(),
+        }
+    }
+
+    /// Makes the largest blocks of places that were given back and lie side by side.
+    pub fn join_free(&mut self) {
+        self.topology.nodes.join_free();
+        self.topology.edges.join_free();
     }
 
     /// Bytes held, by what they are held for.

@@ -61,7 +61,7 @@ impl<I: Id, T> Pool<I, T> {
     }
 
     fn insert_block<const N: usize>(&mut self, values: [T; N]) -> I {
-        let first = match self.free[list_of(N)].pop() {
+        let first = match self.free_block(list_of(N)) {
             Some(number) => {
                 (number as usize..).zip(values).for_each(|(at, value)| self.items[at] = value);
                 number
@@ -74,6 +74,36 @@ impl<I: Id, T> Pool<I, T> {
         };
         (0..N).for_each(|at| self.mark(first as usize + at));
         I::new(first)
+    }
+
+    /// A free block of a list; if there is none, half of one of the next list.
+    fn free_block(&mut self, list: usize) -> Option<u32> {
+        let first = self.free.get_mut(list)?.pop();
+        first.or_else(|| {
+            let larger = self.free_block(list + 1)?;
+            self.free[list].push(larger + BLOCKS[list] as u32);
+            Some(larger)
+        })
+    }
+
+    /// Makes the largest blocks of places that were given back and lie side by side.
+    pub fn join_free(&mut self) {
+        let lists = self.free.each_mut().map(std::mem::take).into_iter().zip(BLOCKS);
+        let places = |(list, block): (Vec<u32>, usize)| {
+            list.into_iter().flat_map(move |first| first..first + block as u32).collect::<Vec<_>>()
+        };
+        let mut all: Vec<u32> = lists.flat_map(places).collect();
+        all.sort_unstable();
+        for run in all.chunk_by(|a, b| a + 1 == *b) {
+            let mut rest = run;
+            for (list, block) in self.free.iter_mut().zip(BLOCKS).rev() {
+                let (blocks, left) = rest.split_at(rest.len() / block * block);
+                list.extend(blocks.iter().step_by(block));
+                rest = left;
+            }
+        }
+        // The lowest are used first, so that what is used stays together.
+        self.free.iter_mut().for_each(|list| list.reverse());
     }
 
     fn mark(&mut self, at: usize) {
@@ -159,8 +189,13 @@ impl<I: Id, T> Pool<I, T> {
     /// How many places will be added for so many blocks of one, two and four.
     #[must_use]
     pub fn growth(&self, blocks: [usize; 3]) -> usize {
-        let wanted = self.free.iter().zip(blocks).zip(BLOCKS);
-        wanted.map(|((free, blocks), places)| blocks.saturating_sub(free.len()) * places).sum()
+        let (mut added, mut from_larger) = (0, 0);
+        for ((free, wanted), places) in self.free.iter().zip(blocks).zip(BLOCKS).rev() {
+            let there = free.len() + 2 * from_larger;
+            added += wanted.saturating_sub(there) * places;
+            from_larger = there.saturating_sub(wanted);
+        }
+        added
     }
 }
 
@@ -259,6 +294,20 @@ mod tests {
         let block = |first: VertexId| (0..4).map(|i| pool[VertexId(first.0 + i)]).collect::<Vec<_>>();
         assert_eq!((block(again), block(second)), (vec![10, 11, 12, 13], vec![5, 6, 7, 8]));
         assert_eq!(block(fresh), [20, 21, 22, 23], "the single free place is not among them");
+    }
+
+    #[test]
+    fn blocks_are_divided_and_joined_again() {
+        let mut pool = Pool::<VertexId, u32>::default();
+        let first = pool.insert_four([1, 2, 3, 4]);
+        pool.remove_four(first);
+        assert_eq!((pool.growth([4, 0, 0]), pool.growth([3, 1, 0]), pool.growth([1, 0, 1])), (0, 2, 1));
+        let singles: Vec<VertexId> = (0..4).map(|i| pool.insert(i)).collect();
+        assert_eq!((pool.places(), pool.growth([0, 0, 1])), (4, 4), "all of the block is in use");
+        singles.into_iter().rev().for_each(|id| pool.remove(id));
+        assert_eq!(pool.growth([0, 0, 1]), 4);
+        pool.join_free();
+        assert_eq!((pool.growth([0, 0, 1]), pool.insert_four([5, 6, 7, 8]), pool.places()), (0, first, 4));
     }
 
     #[test]

@@ -112,6 +112,9 @@ pub struct Topology {
 }
 
 impl Topology {
+    /// Bytes of an edge.
+    pub(super) const EDGE: usize = size_of::<Edge>();
+
     /// Adds the root of a face.
     pub fn add_root(&mut self, face: FaceId, corners: [SlotId; 3], vertices: [VertexId; 3]) -> NodeId {
         let edges = [0, 1, 2].map(|i| self.base_edge(vertices[i], vertices[(i + 1) % 3]));
@@ -287,16 +290,6 @@ impl Topology {
     #[must_use]
     pub fn middles(&self, id: NodeId) -> Option<[SlotId; 3]> {
         self.nodes[id].children().map(|children| self.nodes[children.middle()].corners)
-    }
-
-    /// Bytes of edges that were given back.
-    pub(super) fn free_edge_bytes(&self) -> usize {
-        self.edges.free_places() * size_of::<Edge>()
-    }
-
-    /// Bytes by which edges grow for so many blocks of one, two and four.
-    pub(super) fn edge_growth(&self, blocks: [usize; 3]) -> usize {
-        self.edges.growth(blocks) * size_of::<Edge>()
     }
 
     /// Bytes held for edges.

@@ -392,8 +392,7 @@ impl Engine {
         let parts = self.held();
         let held: usize = parts.iter().map(|(_, bytes)| bytes).sum();
         self.stats.cache_bytes = (held - self.publisher.mirror_bytes(&self.cache)) as u64;
-        let (budget, held, free) =
-            (self.memory.budget.unwrap_or(0) as u64, held as u64, self.cache.free_bytes() as u64);
+        let (budget, held, free) = (self.memory.budget.unwrap_or(0) as u64, held as u64, self.free_bytes() as u64);
         self.stats.memory = MemoryStats { budget, held, parts, free, ..self.memory.stats };
         self.stats.unlit = self.scheduler.first_visits() as u64;
         self.stats.outdated = self.cache.indirect.outdated();

@@ -24,8 +24,11 @@ const SPLITS_A_BATCH: [usize; 2] = [16, 1024];
 /// Splits that a task makes, about: neighbours may have to go first.
 const SPLITS_A_TASK: usize = 2;
 
-fn bytes_of_tables(added: &Places) -> usize {
-    ViewState::bytes_of(added) + Scheduler::bytes_of(added) + Publisher::bytes_of(added)
+/// What is to fit in.
+#[derive(Clone, Copy)]
+struct Wanted {
+    faces: usize,
+    splits: usize,
 }
 
 impl Engine {
@@ -54,19 +57,20 @@ impl Engine {
     /// any more.
     pub(super) fn make_room(&mut self) {
         let Some(budget) = self.memory.budget else { return };
-        let (for_vertices, a_split) = (budget - budget / FOR_SAMPLES, self.bytes_a_split());
+        let (for_vertices, a_split) = (budget - budget / FOR_SAMPLES, self.bytes_of(&Places::OF_A_SPLIT));
         let splits = (budget / A_BATCH / a_split).clamp(SPLITS_A_BATCH[0], SPLITS_A_BATCH[1]);
+        let batch = Wanted { faces: 0, splits };
         self.memory.tasks = (splits / SPLITS_A_TASK) as u64;
         let was_full = self.memory.stats.full;
-        let mut has_room = self.has_room_for(splits, for_vertices);
+        let mut has_room = self.has_room_for(batch, for_vertices);
         if !has_room && (!was_full || self.memory.has_old()) {
             self.finish_gathering();
-            within("evict", || self.evict(splits + budget / ROOM / a_split, for_vertices));
-            has_room = self.has_room_for(splits, for_vertices);
+            within("evict", || self.evict(Wanted { splits: splits + budget / ROOM / a_split, ..batch }, for_vertices));
+            has_room = self.has_room_for(batch, for_vertices);
             // What was drawn and never sent cannot be taken back.
             if !has_room && self.is_complete() && !self.publisher.has_revealed() {
                 within("prune", || while self.prune() {});
-                has_room = self.has_room_for(splits, for_vertices);
+                has_room = self.has_room_for(batch, for_vertices);
             }
         }
         self.memory.room = Room { for_vertices: has_room, for_samples: has_room || self.held_bytes() < budget };
@@ -80,11 +84,11 @@ impl Engine {
     pub(super) fn make_room_for_faces(&mut self, visible: &Visible) {
         let Some(budget) = self.memory.budget.map(|budget| budget - budget / FOR_SAMPLES) else { return };
         let faces = visible.faces.iter().filter(|(face, _)| self.cache.root_of(*face).is_none()).count();
-        // A face takes about as much as a split leaf.
-        if faces > 0 && !self.has_room_for(faces, budget) {
+        let wanted = Wanted { faces, splits: 0 };
+        if faces > 0 && !self.has_room_for(wanted, budget) {
             self.finish_gathering();
             self.leave(visible);
-            within("evict", || self.evict(faces, budget));
+            within("evict", || self.evict(wanted, budget));
         }
     }
 
@@ -97,31 +101,38 @@ impl Engine {
         self.leaving.add(changes.hidden);
     }
 
-    fn has_room_for(&self, splits: usize, budget: usize) -> bool {
-        self.held_bytes() + self.growth(splits) <= budget
+    /// Whether so many new faces and splits fit in: in places that are free, or in more.
+    fn has_room_for(&self, wanted: Wanted, budget: usize) -> bool {
+        let mut added = self.cache.places_added(wanted.faces, wanted.splits);
+        // What the GPU is about to hear of will be free.
+        added.slots = added.slots.saturating_sub(self.publisher.retired_slots());
+        added.drawn = added.drawn.saturating_sub(self.publisher.retired());
+        let growth = self.bytes_of(&added);
+        growth == 0 || self.held_bytes() + growth <= budget
     }
 
-    /// Bytes by which arenas and tables grow for so many splits.
-    fn growth(&self, splits: usize) -> usize {
-        let added = self.cache.places_added(splits);
-        self.cache.growth(splits, &added) + bytes_of_tables(&added)
+    /// Bytes that places take in arenas and tables.
+    fn bytes_of(&self, places: &Places) -> usize {
+        let tables = ViewState::bytes_of(places) + Scheduler::bytes_of(places) + Publisher::bytes_of(places);
+        self.cache.growth(places) + tables
     }
 
-    /// Bytes that a split takes where nothing is free.
-    fn bytes_a_split(&self) -> usize {
-        self.cache.growth(1, &Places::OF_A_SPLIT) + bytes_of_tables(&Places::OF_A_SPLIT)
+    /// Bytes of places that were given back and wait to be used again.
+    pub(super) fn free_bytes(&self) -> usize {
+        self.bytes_of(&self.cache.free_places())
     }
 
-    /// Evicts clusters until there is room for so many splits or none is left.
-    fn evict(&mut self, splits: usize, budget: usize) {
+    /// Evicts clusters until there is room for what is wanted or none is left.
+    fn evict(&mut self, wanted: Wanted, budget: usize) {
         self.hide_leaving(usize::MAX);
         let mut removed = Removed::default();
         for cluster in self.memory.by_age() {
-            if self.has_room_for(splits, budget) {
+            if self.has_room_for(wanted, budget) {
                 break;
             }
             self.evict_cluster(cluster, &mut removed);
         }
+        self.cache.join_free();
         self.forget_removed(removed);
     }
 

@@ -118,6 +118,12 @@ impl Publisher {
         self.retired.len()
     }
 
+    /// Slots out of use that the GPU may still draw with.
+    #[must_use]
+    pub fn retired_slots(&self) -> usize {
+        self.retired_slots.len()
+    }
+
     /// Takes the triangles of a node out of use: the update in the making replaces them.
     fn retire(&mut self, cache: &mut Cache, node: NodeId) -> OfNode {
         let old = cache.drawn.retire(node);
