@@ -55,6 +55,8 @@ pub struct Blocks {
     pub direct: Vec<Option<Vec<u8>>>,
     /// [`BlockLayer::Indirect`], likewise.
     pub indirect: Option<Vec<u8>>,
+    /// Faces and splits.
+    pub size: [u32; 2],
 }
 
 impl Blocks {
@@ -116,6 +118,12 @@ pub struct Shape {
 }
 
 impl Shape {
+    /// Number of faces and splits.
+    pub(super) fn size(&self) -> [u32; 2] {
+        let splits = self.faces.iter().map(|(_, nodes)| nodes.len() as u32 / 4).sum();
+        [self.faces.len() as u32, splits]
+    }
+
     /// As bytes.
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         let mut out = Vec::with_capacity(16 + self.faces.len() * 24 + self.vertices.len() * 14);

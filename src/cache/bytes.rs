@@ -44,6 +44,16 @@ pub struct Places {
 }
 
 impl Places {
+    /// Bytes of these places in arenas.
+    #[must_use]
+    pub const fn bytes(&self) -> usize {
+        self.vertices * size_of::<Vertex>()
+            + self.slots * (size_of::<SlotRecord>() + LISTS)
+            + self.nodes * size_of::<Node>()
+            + self.edges * Topology::EDGE
+            + self.drawn * size_of::<DrawnRecord>()
+    }
+
     /// What a split takes: each midpoint lies on the edges of two faces; triangles of neighbours are drawn anew, too, and those that
     /// they replace stay until the GPU has heard of it.
     pub const OF_A_SPLIT: Self = Self { vertices: 2, slots: 3, nodes: 4, edges: INNER_EDGES + 4, drawn: 8 };
@@ -63,14 +73,10 @@ impl Cache {
         Arc::make_mut(&mut self.radiance).limit(bytes);
     }
 
-    /// Bytes by which arenas grow with these places: with what is sampled at vertices.
+    /// Bytes of samples at so many vertices, about.
     #[must_use]
-    pub fn growth(&self, added: &Places) -> usize {
-        added.vertices * (size_of::<Vertex>() + self.layers.len() * SAMPLES_OF_A_LIGHT + SAMPLES)
-            + added.slots * (size_of::<SlotRecord>() + LISTS)
-            + added.nodes * size_of::<Node>()
-            + added.edges * Topology::EDGE
-            + added.drawn * size_of::<DrawnRecord>()
+    pub fn sample_bytes(&self, vertices: usize) -> usize {
+        vertices * (self.layers.len() * SAMPLES_OF_A_LIGHT + SAMPLES)
     }
 
     /// Places that arenas grow by for so many faces and splits, each as if its neighbours were not there.

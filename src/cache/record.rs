@@ -42,7 +42,7 @@ impl Cache {
         let ids: Vec<VertexId> = vertices.into_values().collect();
         let shape = Shape { faces, vertices: ids.iter().map(|&id| self.vertex_shape(id)).collect() };
         let direct = (0..self.layers.len()).map(|light| Some(self.direct_block(&ids, light))).collect();
-        Blocks { shape: shape.to_bytes(), direct, indirect: Some(self.indirect_block(&ids)) }
+        Blocks { shape: shape.to_bytes(), direct, indirect: Some(self.indirect_block(&ids)), size: shape.size() }
     }
 
     /// The nodes of a tree, breadth first, and its vertices by key.

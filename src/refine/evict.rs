@@ -31,6 +31,26 @@ struct Wanted {
     splits: usize,
 }
 
+impl Wanted {
+    fn places(self) -> Places {
+        let of = |face: usize, split: usize| face * self.faces + split * self.splits;
+        let [face, split] = [Places::OF_A_FACE, Places::OF_A_SPLIT];
+        Places {
+            vertices: of(face.vertices, split.vertices),
+            slots: of(face.slots, split.slots),
+            nodes: of(face.nodes, split.nodes),
+            edges: of(face.edges, split.edges),
+            drawn: of(face.drawn, split.drawn),
+        }
+    }
+}
+
+/// Bytes that places take in arenas and tables.
+const fn bytes_of_places(places: &Places) -> usize {
+    let tables = ViewState::bytes_of(places) + Scheduler::bytes_of(places) + Publisher::bytes_of(places);
+    places.bytes() + tables
+}
+
 impl Engine {
     /// Bytes that the engine holds, as far as the budget counts them.
     pub(super) fn held_bytes(&self) -> usize {
@@ -83,9 +103,12 @@ impl Engine {
     /// Makes room for faces that come into view.
     pub(super) fn make_room_for_faces(&mut self, visible: &Visible) {
         let Some(budget) = self.memory.budget.map(|budget| budget - budget / FOR_SAMPLES) else { return };
-        let faces = visible.faces.iter().filter(|(face, _)| self.cache.root_of(*face).is_none()).count();
-        let wanted = Wanted { faces, splits: 0 };
-        if faces > 0 && !self.has_room_for(wanted, budget) {
+        let new = visible.faces.iter().filter(|(face, _)| self.cache.root_of(*face).is_none()).map(|(face, _)| *face);
+        let new: Vec<FaceId> = new.collect();
+        let [faces, splits] = self.memory.size_of_spilled(&new);
+        // A cluster comes back whole.
+        let wanted = Wanted { faces: new.len().max(faces), splits };
+        if !new.is_empty() && !self.has_room_for(wanted, budget) {
             self.finish_gathering();
             self.leave(visible);
             within("evict", || self.evict(wanted, budget));
@@ -108,18 +131,19 @@ impl Engine {
         added.slots = added.slots.saturating_sub(self.publisher.retired_slots());
         added.drawn = added.drawn.saturating_sub(self.publisher.retired());
         let growth = self.bytes_of(&added);
-        growth == 0 || self.held_bytes() + growth <= budget
+        let held = self.held_bytes();
+        let used = (held - self.free_bytes().min(held)) + self.bytes_of(&wanted.places());
+        used <= budget && (growth == 0 || held + growth <= budget)
     }
 
-    /// Bytes that places take in arenas and tables.
+    /// Bytes that places take in arenas and tables, with what is sampled there.
     fn bytes_of(&self, places: &Places) -> usize {
-        let tables = ViewState::bytes_of(places) + Scheduler::bytes_of(places) + Publisher::bytes_of(places);
-        self.cache.growth(places) + tables
+        bytes_of_places(places) + self.cache.sample_bytes(places.vertices)
     }
 
     /// Bytes of places that were given back and wait to be used again.
     pub(super) fn free_bytes(&self) -> usize {
-        self.bytes_of(&self.cache.free_places())
+        bytes_of_places(&self.cache.free_places())
     }
 
     /// Evicts clusters until there is room for what is wanted or none is left.
@@ -162,7 +186,7 @@ impl Engine {
             let layers =
                 blocks.direct.iter().chain([&blocks.indirect]).map(|block| block.as_deref().unwrap_or_default());
             let all: Vec<&[u8]> = [blocks.shape.as_slice()].into_iter().chain(layers).collect();
-            self.memory.spill(cluster, &all);
+            self.memory.spill(cluster, &all, blocks.size);
             self.save_leaving(cluster, &blocks);
         }
     }

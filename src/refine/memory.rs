@@ -5,6 +5,7 @@ use crate::cache::bytes::Part;
 use crate::scene::FaceId;
 use crate::store::page_file::{Extent, PageFile};
 use rustc_hash::FxHashMap;
+use std::collections::BTreeSet;
 use std::io;
 
 /// What memory is held for, with the bytes.
@@ -44,6 +45,8 @@ pub(super) struct Spilled {
     extent: Extent,
     /// Their lengths, in this order.
     lengths: Vec<u32>,
+    /// Faces and splits.
+    size: [u32; 2],
     /// The lighting that they are of ([`Memory::relight`]).
     lighting: u32,
 }
@@ -195,13 +198,22 @@ impl Memory {
         self.spilled.contains_key(&cluster)
     }
 
+    /// Faces and splits of the spilled clusters of faces.
+    pub(super) fn size_of_spilled(&self, faces: &[FaceId]) -> [usize; 2] {
+        let clusters: BTreeSet<ClusterId> = faces.iter().map(|&face| ClusterId::of(face)).collect();
+        let spilled = clusters.iter().filter_map(|cluster| self.spilled.get(cluster));
+        spilled.fold([0, 0], |[faces, splits], spilled| {
+            [faces + spilled.size[0] as usize, splits + spilled.size[1] as usize]
+        })
+    }
+
     /// Writes a cluster's blocks in order of their layers; whether they are kept.
-    pub(super) fn spill(&mut self, cluster: ClusterId, blocks: &[&[u8]]) -> bool {
+    pub(super) fn spill(&mut self, cluster: ClusterId, blocks: &[&[u8]], size: [u32; 2]) -> bool {
         let Some(file) = &mut self.file else { return false };
         match file.write(&blocks.concat()) {
             Ok(extent) => {
                 let lengths = blocks.iter().map(|block| block.len() as u32).collect();
-                self.spilled.insert(cluster, Spilled { extent, lengths, lighting: self.lighting });
+                self.spilled.insert(cluster, Spilled { extent, lengths, size, lighting: self.lighting });
                 self.stats.spilled += 1;
                 self.stats.file_bytes = file.bytes();
                 true
@@ -215,7 +227,7 @@ impl Memory {
 
     /// Takes a cluster's blocks from the disk, each with whether its layer is still right; `None` if they cannot be read.
     pub(super) fn page_in(&mut self, cluster: ClusterId) -> Option<Vec<Block>> {
-        let Spilled { extent, lengths, lighting } = self.spilled.remove(&cluster)?;
+        let Spilled { extent, lengths, lighting, .. } = self.spilled.remove(&cluster)?;
         let file = self.file.as_mut()?;
         let bytes = file.read(extent);
         file.forget(extent);
@@ -270,7 +282,7 @@ mod tests {
         let file = PageFile::create(&std::env::temp_dir()).expect("a folder for temporary files");
         let mut memory = Memory::limited(1, Ok(file));
         let cluster = ClusterId(3);
-        assert!(memory.spill(cluster, &[b"shape", b"first", b"", b"indirect"]));
+        assert!(memory.spill(cluster, &[b"shape", b"first", b"", b"indirect"], [3, 5]));
         memory.relight([1].into_iter());
         let blocks = memory.page_in(cluster).expect("it was spilled");
         let found: Vec<(BlockLayer, &[u8], bool)> =
@@ -291,6 +303,6 @@ mod tests {
     #[test]
     fn without_a_file_nothing_is_kept() {
         let mut memory = Memory::limited(1, Err(io::Error::other("no file")));
-        assert!(!memory.spill(ClusterId(0), &[b"shape"]) && !memory.is_spilled(ClusterId(0)));
+        assert!(!memory.spill(ClusterId(0), &[b"shape"], [1, 0]) && !memory.is_spilled(ClusterId(0)));
     }
 }
