@@ -67,7 +67,7 @@ pub struct Keeping {
     store: Arc<Store>,
     keys: Keys,
     /// Hashes of the blocks of clusters as the store has them, by layer.
-    kept: FxHashMap<ClusterId, Vec<u64>>,
+    kept: FxHashMap<ClusterId, Box<[u32]>>,
     /// Clusters that were asked for.
     asked: FxHashSet<ClusterId>,
     /// Clusters from here on are to be looked at in this round.
@@ -155,15 +155,25 @@ impl Engine {
         (keeping.next, keeping.spent) = (0, Duration::ZERO);
     }
 
-    /// Hands over the blocks of a cluster that leaves memory.
-    pub(super) fn save_leaving(&mut self, cluster: ClusterId, blocks: &Blocks) {
+    /// Hands over the blocks of a cluster that leaves memory; if it is not spilled, it comes back from the store.
+    pub(super) fn save_leaving(&mut self, cluster: ClusterId, blocks: &Blocks, is_spilled: bool) {
         if self.is_as_loaded()
             && let Some(keeping) = &mut self.keeping
         {
             keeping.write(cluster, blocks);
-            // If it is not spilled, it comes back from the store.
-            keeping.asked.remove(&cluster);
+            if !is_spilled {
+                keeping.asked.remove(&cluster);
+            }
         }
+    }
+
+    /// Bytes held for what is known of the store.
+    pub(super) fn kept_bytes(&self) -> usize {
+        self.keeping.as_ref().map_or(0, |keeping| {
+            let a_cluster = size_of::<(ClusterId, Box<[u32]>)>() + size_of::<ClusterId>() + 2;
+            keeping.kept.capacity().max(keeping.asked.capacity()) * a_cluster
+                + keeping.kept.len() * (keeping.keys.direct.len() + 2) * size_of::<u32>()
+        })
     }
 }
 
@@ -187,11 +197,11 @@ impl Keeping {
         let shape = self.store.read(self.key(BlockLayer::Shape, cluster))?;
         let hash = hash_of(&shape);
         let groups = (0..self.keys.direct.len() as u32).map(BlockLayer::Direct);
-        let mut kept = vec![hash];
+        let mut kept = vec![short(hash)];
         let mut blocks = Vec::new();
         for layer in groups.chain([BlockLayer::Indirect]) {
             let found = self.store.read(self.key(layer, cluster));
-            kept.push(found.as_deref().map_or(0, hash_of));
+            kept.push(found.as_deref().map_or(0, |bytes| short(hash_of(bytes))));
             if let Some((of, bytes)) = found.as_deref().and_then(<[u8]>::split_first_chunk::<SHAPE>)
                 && u64::from_le_bytes(*of) == hash
             {
@@ -199,7 +209,7 @@ impl Keeping {
             }
         }
         blocks.insert(0, Block { layer: BlockLayer::Shape, bytes: shape, is_current: true });
-        self.kept.insert(cluster, kept);
+        self.kept.insert(cluster, kept.into());
         Some(blocks)
     }
 
@@ -215,7 +225,8 @@ impl Keeping {
         let layers = layers.map(|(layer, bytes)| (layer, bytes.as_deref().map(with_shape)));
         let all: Vec<(BlockLayer, Option<Vec<u8>>)> =
             std::iter::once((BlockLayer::Shape, Some(blocks.shape.clone()))).chain(layers).collect();
-        let hashes: Vec<u64> = all.iter().map(|(_, bytes)| bytes.as_deref().map_or(0, hash_of)).collect();
+        let hash_of = |bytes: Option<&[u8]>| bytes.map_or(0, |bytes| short(hash_of(bytes)));
+        let hashes: Box<[u32]> = all.iter().map(|(_, bytes)| hash_of(bytes.as_deref())).collect();
         let before = self.kept.insert(cluster, hashes.clone()).unwrap_or_default();
         let is_new = |at: usize| before.get(at) != Some(&hashes[at]);
         let changed = all.into_iter().enumerate().filter(|(at, _)| is_new(*at));
@@ -226,6 +237,11 @@ impl Keeping {
     fn key(&self, layer: BlockLayer, ClusterId(cluster): ClusterId) -> BlockKey {
         BlockKey { layer: self.keys.of(layer), cluster }
     }
+}
+
+/// Enough of a hash to tell whether a block is as it was.
+const fn short(hash: u64) -> u32 {
+    hash as u32
 }
 
 fn hash_of(bytes: &[u8]) -> u64 {
