@@ -54,6 +54,7 @@ impl Engine {
     /// Hands over all that changed since it was last.
     pub fn save_all(&mut self) {
         if self.is_as_loaded() {
+            self.finish_gathering();
             self.keeping.iter_mut().for_each(Keeping::begin_round);
             self.save(None);
         }
