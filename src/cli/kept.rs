@@ -33,17 +33,15 @@ impl Kept {
     pub fn say(&self, report: impl Fn(&str)) -> Vec<String> {
         let Some(store) = &self.store else { return Vec::new() };
         store.news().iter().filter(|_| !self.quiet).for_each(|line| report(line));
-        let warnings: Vec<String> = store.warnings().into_iter().map(|warning| format!("warning: {warning}")).collect();
-        warnings.iter().for_each(|warning| report(warning));
-        warnings
+        said(&store.warnings(), report)
     }
 
     /// Keeps what is not kept yet, once no engine uses it any more, and says what was done; that, and warnings.
     #[must_use]
     pub fn close(&self) -> (Option<KeptLight>, Vec<String>) {
         let Some(store) = &self.store else { return (None, Vec::new()) };
-        let (saved, _) = store.close();
-        let warnings = self.say(output::report);
+        let (saved, warnings) = store.close();
+        let warnings = [self.say(output::report), said(&warnings, output::report)].concat();
         let Saved { blocks, bytes, read, read_bytes, damaged } = saved;
         let kept = KeptLight {
             reused_blocks: read,
@@ -57,4 +55,11 @@ impl Kept {
         }
         (Some(kept), warnings)
     }
+}
+
+/// Says warnings, as it returns them.
+fn said(warnings: &[String], report: impl Fn(&str)) -> Vec<String> {
+    let lines: Vec<String> = warnings.iter().map(|warning| format!("warning: {warning}")).collect();
+    lines.iter().for_each(|line| report(line));
+    lines
 }

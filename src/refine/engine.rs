@@ -5,7 +5,7 @@
 
 use super::error_model::ErrorModel;
 use super::image_error::ImageError;
-use super::keeping::Keeping;
+use super::kept_blocks::Keeping;
 use super::memory::{Memory, MemoryStats};
 use super::miss_rate::MissRate;
 use super::options::{Options, Piece};

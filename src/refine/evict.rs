@@ -65,7 +65,7 @@ impl Engine {
             ("queue", self.scheduler.bytes()),
             ("publisher", self.publisher.bytes()),
             ("what is predicted", self.predictions.bytes()),
-            ("eviction", self.memory.bytes() + self.outdated_specular.bytes()),
+            ("eviction", self.memory.bytes() + self.kept_bytes() + self.outdated_specular.bytes()),
             ("mirror in the renderer", self.publisher.mirror_bytes(&self.cache)),
         ];
         let mut all = HeldParts::default();
@@ -186,8 +186,8 @@ impl Engine {
             let layers =
                 blocks.direct.iter().chain([&blocks.indirect]).map(|block| block.as_deref().unwrap_or_default());
             let all: Vec<&[u8]> = [blocks.shape.as_slice()].into_iter().chain(layers).collect();
-            self.memory.spill(cluster, &all, blocks.size);
-            self.save_leaving(cluster, &blocks);
+            let is_spilled = self.memory.spill(cluster, &all, blocks.size);
+            self.save_leaving(cluster, &blocks, is_spilled);
         }
     }
 

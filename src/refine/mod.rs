@@ -18,6 +18,7 @@ mod indirect;
 mod indirect_error;
 mod judge;
 mod keeping;
+mod kept_blocks;
 mod large_leaves;
 pub mod memory;
 mod miss_rate;

@@ -62,6 +62,27 @@ fn light_under_other_states_of_the_lights_is_not_kept() {
     assert!(off < 0.01, "{off}");
 }
 
+/// What an engine knows after it has begun with the same kept light is the same, however many threads trace.
+#[test]
+fn engines_that_begin_with_the_same_light_know_the_same() {
+    let folder = tempfile::tempdir().expect("a folder");
+    stay(&mut run(folder.path()), 30);
+    let file = folder.path().join("light.redb");
+    let kept = std::fs::read(&file).expect("what was kept");
+    let digests = [1, 2, 7].map(|threads| {
+        std::fs::write(&file, &kept).expect("written");
+        let mut run = Run::new(threads);
+        let store = Store::open(folder.path(), Limits::default()).expect("a store");
+        run.engine.keep_in(Arc::new(store), &Content::of(&run.scene));
+        let (_, rays) = stay(&mut run, 10);
+        (run.engine.cache().digest(), rays)
+    });
+    for (digest, rays) in &digests[1..] {
+        assert!(digest.first_difference(&digests[0].0).is_none() && *rays == digests[0].1, "{rays} rays");
+    }
+    assert!(Run::new(1).engine.cache().digest().first_difference(&digests[0].0).is_some());
+}
+
 /// SplitMix64.
 struct Random(u64);
 
