@@ -2,6 +2,7 @@
 
 use super::barycentric;
 use super::fill::SlotLight;
+use super::mend::mend;
 use crate::bsdf::Reflectance;
 use crate::scene::footprint::Footprint;
 use crate::scene::material::MaterialId;
@@ -26,10 +27,43 @@ pub struct Source<'a> {
     pub scene: &'a Scene,
     /// All triangles.
     pub drawn: Vec<Drawn>,
+    /// Where slots are.
+    pub places: Places,
+}
+
+/// Positions, scene units, and unit shading normals of slots, on their sides.
+#[derive(Clone, Debug, Default)]
+pub struct Places(Vec<[Vec3; 2]>);
+
+impl Places {
+    /// Room for so many slots.
+    #[must_use]
+    pub fn new(count: usize) -> Self {
+        Self(vec![[Vec3::ZERO; 2]; count])
+    }
+
+    /// Notes where a slot is.
+    pub fn set(&mut self, slot: u32, position: Vec3, normal: Vec3) {
+        self.0[slot as usize] = [position, normal];
+    }
+
+    /// Adds a slot; returns its number.
+    pub fn push(&mut self, position: Vec3, normal: Vec3) -> u32 {
+        self.0.push([position, normal]);
+        self.0.len() as u32 - 1
+    }
+
     /// Position of a slot, scene units.
-    pub position: &'a dyn Fn(u32) -> Vec3,
-    /// Unit shading normal of a slot, on its side.
-    pub normal: &'a dyn Fn(u32) -> Vec3,
+    #[must_use]
+    pub fn position(&self, slot: u32) -> Vec3 {
+        self.0[slot as usize][0]
+    }
+
+    /// Unit shading normal of a slot.
+    #[must_use]
+    pub fn normal(&self, slot: u32) -> Vec3 {
+        self.0[slot as usize][1]
+    }
 }
 
 /// A vertex.
@@ -78,9 +112,10 @@ pub struct LitMesh {
 impl LitMesh {
     /// Puts the mesh together; `lights` names the layers of `light` after the first.
     #[must_use]
-    pub fn new(source: Source, mut light: SlotLight, lights: Vec<Option<String>>) -> Self {
+    pub fn new(mut source: Source, mut light: SlotLight, lights: Vec<Option<String>>) -> Self {
         let slots: Vec<[u32; 3]> = source.drawn.iter().map(|drawn| drawn.slots).collect();
         let filled = light.fill(&slots);
+        source.drawn = mend(source.scene, source.drawn, &mut source.places, &mut light);
         let mut used: Vec<u32> = slots.into_iter().flatten().collect();
         used.sort_unstable();
         used.dedup();
@@ -136,7 +171,7 @@ impl PartInMaking {
 
     fn vertex(&mut self, source: &Source, light: &SlotLight, level: u8, face: FaceId, slot: u32) -> u32 {
         let (scene, triangle) = (source.scene, face.triangle());
-        let position = (source.position)(slot);
+        let position = source.places.position(slot);
         let weights = barycentric::weights(scene.corners(triangle), position);
         let is_textured = scene.material(triangle).maps().next().is_some();
         let uvs = scene.uvs[triangle.0 as usize].map(|uv| uv.to_array());
@@ -150,7 +185,7 @@ impl PartInMaking {
             let layers: Vec<Vec3> = light.layers.iter().map(|layer| layer[slot as usize]).collect();
             let [_, u, v] = weights.map(|w| w as f32);
             let radiance = leaving(scene, face, [u, v], level, layers[0]);
-            let normal = (source.normal)(slot);
+            let normal = source.places.normal(slot);
             self.part.vertices.push(Vertex { position, normal, uv, colour, light: layers[0], radiance });
             self.part.lights.resize_with(layers.len() - 1, Vec::new);
             self.part.lights.iter_mut().zip(&layers[1..]).for_each(|(light, value)| light.push(*value));

@@ -6,6 +6,7 @@ mod base_texture;
 mod fill;
 pub mod glb;
 pub mod lit_mesh;
+mod mend;
 pub mod ply;
 mod reached;
 mod texels;

@@ -66,12 +66,17 @@ fn a_furnace() {
     let mut scene = Scene::default();
     let wall = material(&mut scene, |m| (m.kd, m.ke) = (Vec3::splat(0.5), Vec3::ONE));
     room(&mut scene, [wall; 6], true);
-    let mesh = bake(&scene, all_light(), Plan { triangles: Triangles::Base, ..Plan::default() }, 3_000_000);
-    assert_eq!(mesh.triangle_count(), 12);
-    for vertex in vertices(&mesh) {
-        assert!((vertex.light - 2.0).abs().max_element() < 0.06, "{vertex:?}");
-        assert!((vertex.radiance - 2.0).abs().max_element() < 0.03, "{vertex:?}");
+    let mesh = bake(&scene, all_light(), Plan::default(), 3_000_000);
+    // Where walls meet, a vertex lies in the planes of the lamps beside it, which it then sees edge on.
+    let inside = |p: Vec3| p.to_array().iter().filter(|c| **c > 0.1 && **c < 0.9).count() == 2;
+    let all: Vec<_> = vertices(&mesh).filter(|vertex| inside(vertex.position)).collect();
+    assert!(all.len() > 20, "{}", all.len());
+    for vertex in &all {
+        assert!((vertex.light - 2.0).abs().max_element() < 0.15, "{vertex:?}");
+        assert!((vertex.radiance - 1.0 - vertex.light * 0.5).abs().max_element() < 1e-6, "{vertex:?}");
     }
+    let mean = all.iter().map(|vertex| vertex.light.x).sum::<f32>() / all.len() as f32;
+    assert!((mean - 2.0).abs() < 0.03, "{mean}");
 }
 
 #[test]

@@ -1,4 +1,5 @@
 //! The lit mesh of all faces: its light, its triangles, its files.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 #[path = "../support/mod.rs"]
 mod support;
