@@ -1,7 +1,8 @@
 //! The run of a bake: an engine that steps by itself, with all faces in view by their area instead of by their pixels.
 
+use super::drawn::{Drawn, Places};
 use super::fill::SlotLight;
-use super::lit_mesh::{Drawn, LitMesh, Places, Source};
+use super::lit_mesh::{LitMesh, Source};
 use super::reached::reached;
 use super::texels;
 use crate::error::{Error, Result};

@@ -3,8 +3,8 @@
 //! show stays the same.
 
 use super::barycentric;
+use super::drawn::{Drawn, Places};
 use super::fill::SlotLight;
-use super::lit_mesh::{Drawn, Places};
 use crate::scene::Scene;
 use glam::Vec3;
 use rayon::prelude::*;

@@ -3,6 +3,7 @@
 pub mod baker;
 mod barycentric;
 mod base_texture;
+pub mod drawn;
 mod fill;
 pub mod glb;
 pub mod lit_mesh;

@@ -18,7 +18,7 @@ use std::fs;
 /// A textured floor beside an emissive one, under a lamp.
 fn scene() -> Scene {
     let mut scene = Scene::default();
-    let texel = |i: usize| if i % 3 == 0 { [200, 100, 50, 255] } else { [20, 220, 120, 255] };
+    let texel = |i: usize| if i.is_multiple_of(3) { [200, 100, 50, 255] } else { [20, 220, 120, 255] };
     scene.textures.push(Texture::new("t".to_owned(), [4, 2], (0..8).map(texel).collect()));
     let textured = material(&mut scene, |m| (m.kd, m.map_kd) = (Vec3::ONE, Some(TextureMap::from(TextureId(0)))));
     let lamp = material(&mut scene, |m| (m.kd, m.ke) = (Vec3::splat(0.5), Vec3::new(3.0, 2.0, 1.0)));
