@@ -43,7 +43,7 @@ const MAY_USE_ALL: &[&str] = &["lib", "main", "cli", "app"];
 
 /// Crates that only some places may name: the crate, and the rooms or files that may.
 const CRATES: &[(&str, &[&str])] = &[
-    ("obvhs", &["src/geom/collapse.rs", "src/geom/tree.rs"]),
+    ("obvhs", &["src/geom/collapse.rs", "src/geom/halves.rs", "src/geom/tree.rs"]),
     ("wide", &["src/geom/"]),
     ("ash", &["src/vk/", "src/pass/", "src/app/"]),
     ("gpu_allocator", &["src/vk/"]),

@@ -1,7 +1,8 @@
 //! The run of a bake: an engine that steps by itself, with all faces in view by their area instead of by their pixels.
 
+use super::drawn::{Drawn, Places};
 use super::fill::SlotLight;
-use super::lit_mesh::{Drawn, LitMesh, Source};
+use super::lit_mesh::{LitMesh, Source};
 use super::reached::reached;
 use super::texels;
 use crate::error::{Error, Result};
@@ -166,13 +167,11 @@ impl Baker {
             level: triangle.level,
             slots: triangle.slots.map(|slot| slot.0),
         });
-        let slots = &self.engine.cache().slots;
-        let source = Source {
-            scene: &self.scene,
-            drawn: drawn.collect(),
-            position: &|slot| self.mesh.slot(SlotId(slot)).position,
-            normal: &|slot| slots[SlotId(slot)].normal(),
-        };
+        let mut places = Places::new(light.weights.len());
+        for (slot, value) in self.mesh.slots() {
+            places.set(slot.0, value.position, self.engine.cache().slots[slot].normal());
+        }
+        let source = Source { scene: &self.scene, drawn: drawn.collect(), places };
         Ok(LitMesh::new(source, light, names))
     }
 

@@ -2,8 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-/// Splits halve barycentric weights: those of all vertices down to this level are multiples of the same power of two.
-const FINEST: f64 = (1 << 20) as f64;
+/// Splits halve barycentric weights: those of vertices down to this level are multiples of the same power of two. Positions of finer ones
+/// are too coarse to tell.
+const FINEST: f64 = (1 << 16) as f64;
 
 /// Barycentric weights of a vertex at the corners of its face. The position is rounded, but the weights are dyadic: along an edge they
 /// are the same seen from both of its triangles.

@@ -1,7 +1,9 @@
 //! The mesh of a bake: vertices with all that files hold of them, a part a material.
 
 use super::barycentric;
+use super::drawn::{Drawn, Places};
 use super::fill::SlotLight;
+use super::mend::mend;
 use crate::bsdf::Reflectance;
 use crate::scene::footprint::Footprint;
 use crate::scene::material::MaterialId;
@@ -9,27 +11,14 @@ use crate::scene::{FaceId, Scene};
 use glam::{DVec3, Vec2, Vec3};
 use rustc_hash::FxHashMap;
 
-/// A triangle that the engine draws.
-#[derive(Clone, Copy, Debug)]
-pub struct Drawn {
-    /// The face that it is a part of.
-    pub face: FaceId,
-    /// Splits above it.
-    pub level: u8,
-    /// Vertices, in the order of the triangle's front.
-    pub slots: [u32; 3],
-}
-
 /// What a mesh is made of.
 pub struct Source<'a> {
     /// The scene.
     pub scene: &'a Scene,
     /// All triangles.
     pub drawn: Vec<Drawn>,
-    /// Position of a slot, scene units.
-    pub position: &'a dyn Fn(u32) -> Vec3,
-    /// Unit shading normal of a slot, on its side.
-    pub normal: &'a dyn Fn(u32) -> Vec3,
+    /// Where slots are.
+    pub places: Places,
 }
 
 /// A vertex.
@@ -78,9 +67,10 @@ pub struct LitMesh {
 impl LitMesh {
     /// Puts the mesh together; `lights` names the layers of `light` after the first.
     #[must_use]
-    pub fn new(source: Source, mut light: SlotLight, lights: Vec<Option<String>>) -> Self {
+    pub fn new(mut source: Source, mut light: SlotLight, lights: Vec<Option<String>>) -> Self {
         let slots: Vec<[u32; 3]> = source.drawn.iter().map(|drawn| drawn.slots).collect();
         let filled = light.fill(&slots);
+        source.drawn = mend(source.scene, source.drawn, &mut source.places, &mut light);
         let mut used: Vec<u32> = slots.into_iter().flatten().collect();
         used.sort_unstable();
         used.dedup();
@@ -136,7 +126,7 @@ impl PartInMaking {
 
     fn vertex(&mut self, source: &Source, light: &SlotLight, level: u8, face: FaceId, slot: u32) -> u32 {
         let (scene, triangle) = (source.scene, face.triangle());
-        let position = (source.position)(slot);
+        let position = source.places.position(slot);
         let weights = barycentric::weights(scene.corners(triangle), position);
         let is_textured = scene.material(triangle).maps().next().is_some();
         let uvs = scene.uvs[triangle.0 as usize].map(|uv| uv.to_array());
@@ -150,7 +140,7 @@ impl PartInMaking {
             let layers: Vec<Vec3> = light.layers.iter().map(|layer| layer[slot as usize]).collect();
             let [_, u, v] = weights.map(|w| w as f32);
             let radiance = leaving(scene, face, [u, v], level, layers[0]);
-            let normal = (source.normal)(slot);
+            let normal = source.places.normal(slot);
             self.part.vertices.push(Vertex { position, normal, uv, colour, light: layers[0], radiance });
             self.part.lights.resize_with(layers.len() - 1, Vec::new);
             self.part.lights.iter_mut().zip(&layers[1..]).for_each(|(light, value)| light.push(*value));

@@ -3,9 +3,11 @@
 pub mod baker;
 mod barycentric;
 mod base_texture;
+pub mod drawn;
 mod fill;
 pub mod glb;
 pub mod lit_mesh;
+mod mend;
 pub mod ply;
 mod reached;
 mod texels;

@@ -57,7 +57,6 @@ fn header(mesh: &LitMesh) -> String {
     property(position, &["x", "y", "z"]);
     property("float", &["nx", "ny", "nz"]);
     property("uchar", &["red", "green", "blue"]);
-    property("float", &["s", "t"]);
     let parts = mesh.lights.iter().enumerate().map(|(index, name)| property_of(index, name.as_ref()));
     for name in ["radiance".to_owned(), "light".to_owned()].into_iter().chain(parts) {
         property("float", &["r", "g", "b"].map(|c| format!("{name}_{c}")).each_ref().map(String::as_str));
@@ -75,7 +74,6 @@ fn vertices(out: &mut impl Write, origin: DVec3, part: &Part, display: &Display)
         }
         floats(out, &vertex.normal.to_array())?;
         out.write_all(&tone_mapping::display(vertex.radiance, display.exposure, display.tone_mapping))?;
-        floats(out, &vertex.uv.to_array())?;
         let lights = part.lights.iter().map(|light| light[index]);
         let all: Vec<Vec3> = [vertex.radiance, vertex.light].into_iter().chain(lights).collect();
         all.iter().try_for_each(|value| floats(out, &value.to_array()))?;

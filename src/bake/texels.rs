@@ -29,8 +29,9 @@ pub fn default_side(scene: &Scene) -> f64 {
 #[must_use]
 pub fn faces(scene: &Scene, wanted: &[bool], side: f64) -> Vec<(FaceId, u32)> {
     let of = |triangle| {
-        // What is not finite counts as the most, what is none as the least.
-        let texels = (area(scene, triangle) / (side * side)).round().min(MOST).max(1.0) as u32;
+        let texels = (area(scene, triangle) / (side * side)).round();
+        // What is not a number counts as the least.
+        let texels = if texels >= 1.0 { texels.min(MOST) as u32 } else { 1 };
         [false, true].map(|back| (FaceId::new(triangle, back), texels))
     };
     triangles(scene).flat_map(of).filter(|(face, _)| wanted[face.0 as usize]).collect()

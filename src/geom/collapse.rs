@@ -35,7 +35,7 @@ type Costs = [f32; WIDTH];
 pub fn collapse(tree: &Bvh2) -> Collapsed {
     let count = tree.nodes.len();
     let mut plan = Plan { tree, sizes: vec![1; count], shares: vec![[0; WIDTH]; count] };
-    plan.costs(0);
+    plan.make();
     let mut made = Collapsed { nodes: vec![Node::new(&[])], leaves: Vec::new() };
     let mut open = vec![(0, 0)];
     while let Some((at, binary)) = open.pop() {
@@ -54,14 +54,32 @@ pub fn collapse(tree: &Bvh2) -> Collapsed {
 }
 
 impl Plan<'_> {
-    /// Makes the plan for a binary node and all below.
-    fn costs(&mut self, at: usize) -> Costs {
+    /// Makes the plan: for each node once it is made for all below. Without recursion, since boxes in boxes make a chain of nodes as long
+    /// as there are triangles.
+    fn make(&mut self) {
+        let mut order = vec![0];
+        let mut next = 0;
+        while let Some(&at) = order.get(next) {
+            let node = &self.tree.nodes[at];
+            if !node.is_leaf() {
+                order.extend([node.first_index as usize, node.first_index as usize + 1]);
+            }
+            next += 1;
+        }
+        let mut costs = vec![[0.0; WIDTH]; self.tree.nodes.len()];
+        for at in order.into_iter().rev() {
+            costs[at] = self.costs(at, &costs);
+        }
+    }
+
+    /// Makes the plan for a binary node, from the costs of its halves.
+    fn costs(&mut self, at: usize, below: &[Costs]) -> Costs {
         let node = &self.tree.nodes[at];
         let (area, first) = (node.aabb().half_area(), node.first_index as usize);
         if node.is_leaf() {
             return [area * LEAF_COST; WIDTH];
         }
-        let [left, right] = [first, first + 1].map(|half| self.costs(half));
+        let [left, right] = [below[first], below[first + 1]];
         self.sizes[at] = self.sizes[first] + self.sizes[first + 1];
         let mut costs = [0.0; WIDTH];
         for children in 2..=WIDTH {

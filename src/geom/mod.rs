@@ -2,6 +2,7 @@
 
 pub mod bvh;
 mod collapse;
+mod halves;
 pub mod offset;
 mod places;
 mod sheets;

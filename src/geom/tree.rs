@@ -1,6 +1,7 @@
 //! Building the tree over the triangles: from where they are alone, so that it can begin before the rest of the scene is there.
 
 use super::collapse::{Collapsed, LeafPlaces, collapse};
+use super::halves::{halved, is_piled};
 use super::places::{Places, without_repeats};
 use super::traversal::{Child, Node, WIDTH};
 use super::watertight::{Corners, LANES};
@@ -96,6 +97,9 @@ fn binary(triangles: &[Triangle]) -> Bvh2 {
     let margin = boxes.iter().map(reach).fold(DIAGONAL, f32::max) * MARGIN;
     for b in &mut boxes {
         (b.min, b.max) = (b.min - margin, b.max + margin);
+    }
+    if is_piled(&boxes) {
+        return halved(&boxes, indices);
     }
     let mut tree = PlocBuilder::with_capacity(boxes.len()).build(SEARCH, &boxes, indices, PRECISION, 0);
     tree.uses_spatial_splits = true;
