@@ -153,8 +153,9 @@ struct Making<'a> {
     watch: Watch,
     /// Whether a picture was doubtful: of those of a path the first speaks for all.
     doubted: bool,
-    /// Whether it was said that there is too little memory, likewise.
+    /// Whether it was said that there is too little memory, or will be, likewise.
     short_of_memory: bool,
+    foreseen: bool,
 }
 
 impl<'a> Making<'a> {
@@ -167,7 +168,7 @@ impl<'a> Making<'a> {
     ) -> Result<Self> {
         let log = args.log.as_deref().map(|path| RunLog::create(path, reference)).transpose()?;
         let watch = Watch { progress: Progress::new(args.verbosity.quiet), log, kept, warnings: Vec::new() };
-        Ok(Self { args, scene, summary, watch, doubted: false, short_of_memory: false })
+        Ok(Self { args, scene, summary, watch, doubted: false, short_of_memory: false, foreseen: false })
     }
 
     /// Makes all pictures and writes each when it is done; a signal makes the present one the last. Why the last ended.
@@ -175,6 +176,7 @@ impl<'a> Making<'a> {
         for index in 0..pictures.count() {
             let picture = pictures.picture(index, self.scene);
             self.surviving(session, |session, _| session.show(&picture))?;
+            self.foresee(session, &picture);
             self.watch.progress.picture(picture.index, picture.of);
             let by = self.surviving(session, Session::run)?;
             let still = self.surviving(session, |session, _| session.still())?;
@@ -194,6 +196,15 @@ impl<'a> Making<'a> {
             }
         }
         Ok(EndedBy::Path)
+    }
+
+    /// Notes how much memory the light of a picture will take, and says so if it is more than there is.
+    fn foresee(&mut self, session: &Session, picture: &Picture) {
+        let memory = &mut self.summary.memory_forecast;
+        *memory = (*memory).max(session.forecast());
+        if let Some(doubt) = session.short_forecast().filter(|_| !std::mem::replace(&mut self.foreseen, true)) {
+            self.warn(&format!("warning: {}{doubt}", picture.prefix()));
+        }
     }
 
     /// Does something with the session; once more if the device is lost meanwhile.

@@ -33,6 +33,8 @@ pub struct Summary {
     pub cpu: CpuTimes,
     /// Memory at the end.
     pub memory: Memory,
+    /// Bytes that the light of the largest view was forecast to take, refined to the end.
+    pub memory_forecast: u64,
     /// Frames drawn.
     pub frames: u64,
     /// Pictures made before the engine had answered a camera move.
@@ -222,7 +224,10 @@ impl Summary {
         ];
         let rate = self.rays_per_cpu_second.map(|r| format!("{:.2} M rays per CPU second", r * 1e-6));
         let times: Vec<String> = parts.into_iter().flatten().chain(rate).collect();
-        vec![format!("{}, {}", self.device, self.driver), times.join(", ")]
+        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+        let [held, forecast, budget] = [self.memory.held, self.memory_forecast, self.memory.budget].map(mib);
+        let memory = format!("light takes {held} MiB, {forecast} MiB were forecast, --memory {budget}");
+        vec![format!("{}, {}", self.device, self.driver), times.join(", "), memory]
     }
 
     /// Writes the summary.

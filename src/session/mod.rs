@@ -10,6 +10,7 @@ mod counting;
 mod debug_view;
 mod drawing;
 mod error_meter;
+mod forecast;
 mod frame;
 mod interactive;
 mod light_engine;
@@ -101,6 +102,8 @@ pub struct Session {
     waited_for: Option<u32>,
     /// Faces that show light of others near by since all was drawn last.
     filled_faces: u64,
+    /// See [`Self::forecast`].
+    forecast: u64,
     ahead: AheadPictures,
     /// What may be spent until the present picture is done.
     share: Budget,
@@ -162,6 +165,7 @@ impl Session {
             specular_age: SpecularAge::default(),
             waited_for: None,
             filled_faces: 0,
+            forecast: 0,
             ahead: AheadPictures::default(),
             clock: Clock::default(),
             frames: 0,
@@ -199,6 +203,7 @@ impl Session {
         let _first = self.go_first();
         let (faces, image) = visible::visible_faces(&mut self.renderer, &shot.view, self.options.redraws)?;
         trace::instant("camera", || Some(format!("view {}", self.wanted + 1)));
+        self.forecast = forecast::of_view(&faces);
         let glossy = faces.iter().any(|(face, _)| self.scene.material(face.triangle()).is_glossy());
         self.send_view(faces, image, &shot.lights);
         self.renderer.relight(&shot.lights)?;
