@@ -14,12 +14,13 @@ pub struct Kept {
 }
 
 impl Kept {
-    /// Opens the store of the directory that was given, if any.
+    /// Opens the store of the directory that was given, if any, in a small part of so many bytes of memory.
     ///
     /// # Errors
     /// As [`Store::open`].
-    pub fn open(args: &CacheArgs, quiet: bool) -> Result<Self> {
-        let open = |directory| Store::open(directory, Limits::default()).map(Arc::new);
+    pub fn open(args: &CacheArgs, memory: Option<u64>, quiet: bool) -> Result<Self> {
+        let limits = memory.map_or_else(Limits::default, Limits::within);
+        let open = |directory| Store::open(directory, limits).map(Arc::new);
         Ok(Self { store: args.cache_dir.as_deref().map(open).transpose()?, quiet })
     }
 

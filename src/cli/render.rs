@@ -34,7 +34,7 @@ pub fn run(args: &RenderArgs, start: Instant) -> Result<Outcome> {
 
 fn render(args: &RenderArgs, start: Instant) -> Result<Outcome> {
     let reference = args.reference.as_deref().map(|path| read_reference(path, args)).transpose()?;
-    let kept = Kept::open(&args.cache, args.verbosity.quiet)?;
+    let kept = Kept::open(&args.cache, args.memory.budget(), args.verbosity.quiet)?;
     let mut options = Options { store: kept.store(), ..args.options() };
     let gpu = Opening::start(&options)?;
     let loading = Instant::now();

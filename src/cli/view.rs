@@ -35,7 +35,7 @@ pub fn run(args: &ViewArgs, start: Instant) -> Result<Outcome> {
 }
 
 fn view(args: &ViewArgs, script: Script, start: Instant) -> Result<Outcome> {
-    let kept = Kept::open(&args.cache, args.cpu.verbosity.quiet)?;
+    let kept = Kept::open(&args.cache, args.memory.budget(), args.cpu.verbosity.quiet)?;
     let mut hierarchy = None;
     let loading = Instant::now();
     let Loaded { scene, report, files, .. } =

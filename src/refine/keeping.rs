@@ -100,7 +100,7 @@ impl Engine {
         }
     }
 
-    /// Bytes held for what is known of the store.
+    /// Bytes held for keeping light.
     pub(super) fn kept_bytes(&self) -> usize {
         self.keeping.as_ref().map_or(0, Keeping::bytes)
     }

@@ -124,11 +124,11 @@ impl Keeping {
         (self.next, self.spent) = (0, Duration::ZERO);
     }
 
-    /// Bytes held for what is known of the store.
+    /// Bytes held for the store, and for what is known of it.
     pub(super) fn bytes(&self) -> usize {
         let a_cluster = size_of::<(ClusterId, Box<[u32]>)>() + size_of::<ClusterId>() + 2;
         let hashes = self.kept.len() * (self.keys.direct.len() + 2) * size_of::<u32>();
-        self.kept.capacity().max(self.asked.capacity()) * a_cluster + hashes
+        self.kept.capacity().max(self.asked.capacity()) * a_cluster + hashes + self.store.limits().memory()
     }
 
     /// Whether a round is under way, or the next is due.

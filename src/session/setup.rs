@@ -173,8 +173,7 @@ pub(super) fn engine_thread(
     };
     let draws_at_once = options.moves == Moves::AtOnce && options.pace == Pace::Free;
     let is_watched = beside_frames || options.moves == Moves::AtOnce;
-    let for_store = options.store.as_ref().map_or(0, |store| store.limits().memory());
-    let memory = options.memory.map(|bytes| limited(bytes.saturating_sub(for_store).max(bytes / 2)));
+    let memory = options.memory.map(limited);
     let keeping = options.store.as_ref().map(|store| Keeping::start(store, scene)).transpose()?;
     let (scene, options) = (Arc::clone(scene), options.engine_options(scene));
     let build = move |workers| {

@@ -23,8 +23,6 @@ const RUNS: &str = "runs";
 
 /// Version of these tables.
 const VERSION: u64 = 1;
-/// Memory that redb keeps pages in, bytes.
-pub(super) const PAGES_IN_MEMORY: usize = 8 << 20;
 /// Notes that are kept, and the longest, bytes.
 const MOST_NOTES: u64 = 16;
 pub(super) const MAX_NOTE: usize = 4 << 20;
@@ -62,14 +60,14 @@ pub(super) struct Found {
 }
 
 impl Database {
-    /// Opens a file, which is made if it is not there, and may take so many bytes of blocks.
+    /// Opens a file, which is made if it is not there, and may take so many bytes of blocks; so many bytes of it are held in memory.
     ///
     /// # Errors
     /// Why it cannot be used; it is left as it is.
-    pub(super) fn open(path: &Path, most: u64) -> Result<Self, Refusal> {
+    pub(super) fn open(path: &Path, most: u64, pages: usize) -> Result<Self, Refusal> {
         let file = StoreFile::open(path, longest(most)).map_err(|e| Refusal::System(e.to_string()))?;
         let mut builder = redb::Database::builder();
-        builder.set_cache_size(PAGES_IN_MEMORY).set_check_integrity_on_open(true);
+        builder.set_cache_size(pages).set_check_integrity_on_open(true);
         let mut database = Self { inner: builder.create_with_backend(file).map_err(refusal)?, run: 0, most };
         let damaged = |e: redb::Error| Refusal::Damaged(e.to_string());
         if let Some(version) = database.number(FORMAT).map_err(damaged)?.filter(|&version| version > VERSION) {

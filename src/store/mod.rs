@@ -12,6 +12,8 @@ mod file_identity;
 pub mod page_file;
 mod saver;
 mod store_file;
+mod values;
 
 pub use block::{BlockKey, MAX_BLOCK};
-pub use saver::{Before, Limits, Saved, Store, Use};
+pub use saver::Store;
+pub use values::{Before, Limits, Saved, Use};

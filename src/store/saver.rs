@@ -1,75 +1,16 @@
 //! The store as a run uses it: blocks are handed over and come back at once, a thread of its own commits them every few seconds.
 
 use super::block::{self, BlockKey, Damage, MAX_BLOCK};
-use super::database::{Database, Found, MAX_NOTE, PAGES_IN_MEMORY, Refusal};
+use super::database::{Database, Found, MAX_NOTE, Refusal};
 use super::directory::Directory;
 use super::file_identity::FileIdentity;
+use super::values::{Before, Limits, Saved, Use};
 use crate::error::{Error, Result};
 use rustc_hash::FxHashMap;
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, RwLock};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
-
-/// How much a store keeps, and how often.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Limits {
-    /// Bytes of blocks kept, those of earlier scenes included: of these the oldest go first.
-    pub most: u64,
-    /// Longest time between a block's being handed over and its being committed.
-    pub every: Duration,
-    /// Bytes that may wait to be committed.
-    pub waiting: usize,
-}
-
-impl Default for Limits {
-    fn default() -> Self {
-        Self { most: 8 << 30, every: Duration::from_secs(2), waiting: 32 << 20 }
-    }
-}
-
-impl Limits {
-    /// Memory that a store takes at most, bytes.
-    #[must_use]
-    pub const fn memory(&self) -> u64 {
-        (self.waiting + PAGES_IN_MEMORY) as u64
-    }
-}
-
-/// What a run uses of a store, and tells of itself.
-#[derive(Clone, Debug, Default)]
-pub struct Use {
-    /// The layers that it has: they are not dropped.
-    pub layers: Vec<u64>,
-    /// What it tells later runs with the first blocks that are kept, at most 4 MiB.
-    pub note: Vec<u8>,
-}
-
-/// What was there when a store was opened.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Before {
-    /// What earlier runs told, the newest first.
-    pub notes: Vec<Vec<u8>>,
-    /// Blocks of the run's layers.
-    pub blocks: u64,
-    /// Their bytes.
-    pub bytes: u64,
-}
-
-/// What a store did for a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Saved {
-    /// Blocks that were committed, each as often as it was.
-    pub blocks: u64,
-    /// Their bytes.
-    pub bytes: u64,
-    /// Blocks that were read and whole.
-    pub read: u64,
-    /// Their bytes.
-    pub read_bytes: u64,
-    /// Blocks that were damaged, and not believed.
-    pub damaged: u64,
-}
 
 /// An open store. It is for one process at a time, and for any of its threads. Dropping it commits what waits.
 pub struct Store {
@@ -306,7 +247,7 @@ impl Shared {
     /// Opens the database; without one nothing is kept, and a warning says why.
     fn open(&self, directory: &Directory) {
         let path = self.path.display();
-        let mut opened = Database::open(&self.path, self.limits.most);
+        let mut opened = Database::open(&self.path, self.limits.most, self.limits.pages);
         if let Err(Refusal::Damaged(why)) = &opened {
             let aside = directory.put_aside();
             let told = match &aside {
@@ -315,7 +256,7 @@ impl Shared {
             };
             self.state().warn(format!("{path}: the file is damaged ({why}); {told}"));
             if aside.is_ok() {
-                opened = Database::open(&self.path, self.limits.most);
+                opened = Database::open(&self.path, self.limits.most, self.limits.pages);
             }
         }
         let fault = match &opened {
@@ -339,18 +280,13 @@ impl Shared {
     /// Begins the run once it is known what that uses.
     fn begin(&self, Use { layers, note }: Use) {
         let mut before = Before::default();
-        if let Some(database) = self.database.wait().write().unwrap_or_else(PoisonError::into_inner).as_mut() {
-            match database.begin_run(&layers) {
-                Ok(Found { notes, blocks, bytes }) => before = Before { notes, blocks, bytes },
-                Err(fault) => {
-                    let mut state = self.state();
-                    state.give_up();
-                    state.warn(format!(
-                        "{}: light cannot be saved: {fault}; the run goes on without",
-                        self.path.display()
-                    ));
-                }
-            }
+        let mut database = self.database.wait().write().unwrap_or_else(PoisonError::into_inner);
+        let begun = database.as_mut().map(|database| database.begin_run(&layers));
+        drop(database);
+        match begun {
+            Some(Ok(Found { notes, blocks, bytes })) => before = Before { notes, blocks, bytes },
+            Some(Err(fault)) => self.give_up(&fault.to_string()),
+            None => {}
         }
         let mut state = self.state();
         state.note = Some(note).filter(|note| note.len() <= MAX_NOTE);
@@ -367,6 +303,19 @@ impl Shared {
         self.wakes.notify_all();
         if let Some(database) = self.database.get() {
             *database.write().unwrap_or_else(PoisonError::into_inner) = None;
+        }
+    }
+
+    /// Saves nothing any more, for a reason. What is kept can still be read: after a fault of the disk redb wants to be opened again.
+    fn give_up(&self, why: &str) {
+        let mut state = self.state();
+        state.give_up();
+        state.warn(format!("{}: light cannot be saved: {why}; the run goes on without", self.path.display()));
+        drop(state);
+        if let Some(database) = self.database.get() {
+            let mut database = database.write().unwrap_or_else(PoisonError::into_inner);
+            *database = None;
+            *database = Database::open(&self.path, self.limits.most, self.limits.pages).ok();
         }
     }
 
@@ -488,12 +437,11 @@ impl Shared {
                 state.saved.bytes += bytes as u64;
             }
             Err(why) if !state.gave_up => {
-                state.give_up();
-                state.warn(format!("{}: light cannot be saved: {why}; the run goes on without", self.path.display()));
+                drop(state);
+                self.give_up(&why);
             }
             Err(_) => {}
         }
-        drop(state);
         self.wakes.notify_all();
     }
 }

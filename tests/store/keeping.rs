@@ -45,7 +45,7 @@ fn blocks_are_committed_while_the_run_goes_on() {
 #[test]
 fn more_than_waits_at_once_is_told_and_kept_all_the_same() {
     let folder = tempfile::tempdir().unwrap();
-    let never = Limits { every: Duration::from_secs(3600), waiting: 100_000, most: 1 << 30 };
+    let never = Limits { every: Duration::from_secs(3600), waiting: 100_000, ..AT_ONCE };
     let store = begun(folder.path(), &[], &[], never);
     let _ = store.before();
     assert!(store.has_room());

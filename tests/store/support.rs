@@ -39,7 +39,7 @@ pub fn key(layer: u64, cluster: u32) -> BlockKey {
 }
 
 /// Commits as soon as something waits.
-pub const AT_ONCE: Limits = Limits { most: 1 << 30, every: Duration::ZERO, waiting: 1 << 20 };
+pub const AT_ONCE: Limits = Limits { most: 1 << 30, every: Duration::ZERO, waiting: 1 << 20, pages: 1 << 20 };
 
 pub fn open(directory: &Path) -> Store {
     begun(directory, &[1, 2, 3], b"a note", AT_ONCE)
