@@ -401,6 +401,10 @@ impl LuminanceMesh {
         gone.iter().for_each(|id| self.set_drawn(id.0, patch.face, false));
         let serial = self.serial;
         let new = drawn_ids(update, &patch.new)?;
+        if new.is_empty() && gone.iter().any(|id| self.state(id.0).new_in.is_some()) {
+            // What is dropped waits to be drawn, and its slots are used for something else: its batch can no longer be.
+            self.needs_full = true;
+        }
         for id in new {
             self.set_drawn(id.0, patch.face, true);
             self.state(id.0).new_in = Some(serial);

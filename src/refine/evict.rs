@@ -10,7 +10,7 @@ use super::view::{IndirectLeafView, LeafView, VertexView, ViewState};
 use crate::cache::block::ClusterId;
 use crate::cache::bytes::Places;
 use crate::cache::coarsen::Removed;
-use crate::cache::ids::NodeId;
+use crate::cache::ids::{NodeId, SlotId};
 use crate::scene::FaceId;
 use crate::trace::within;
 
@@ -93,7 +93,7 @@ impl Engine {
                 has_room = self.has_room_for(batch, for_vertices);
             }
         }
-        self.memory.room = Room { for_vertices: has_room, for_samples: has_room || self.held_bytes() < budget };
+        self.memory.room = Room { for_vertices: has_room, for_samples: has_room || self.used_bytes() < budget };
         self.memory.stats.full = !has_room;
         if was_full && has_room && self.is_complete() {
             self.look_again();
@@ -132,13 +132,17 @@ impl Engine {
         added.drawn = added.drawn.saturating_sub(self.publisher.retired());
         let growth = self.bytes_of(&added);
         let held = self.held_bytes();
-        let used = (held - self.free_bytes().min(held)) + self.bytes_of(&wanted.places());
+        let used = held.saturating_sub(self.free_bytes()) + self.bytes_of(&wanted.places());
         used <= budget && (growth == 0 || held + growth <= budget)
     }
 
     /// Bytes that places take in arenas and tables, with what is sampled there.
     fn bytes_of(&self, places: &Places) -> usize {
         bytes_of_places(places) + self.cache.sample_bytes(places.vertices)
+    }
+
+    fn used_bytes(&self) -> usize {
+        self.held_bytes().saturating_sub(self.free_bytes())
     }
 
     /// Bytes of places that were given back and wait to be used again.
@@ -156,8 +160,9 @@ impl Engine {
             }
             self.evict_cluster(cluster, &mut removed);
         }
+        let slots = self.forget_removed(removed);
+        slots.into_iter().for_each(|slot| self.cache.slots.recycle(slot));
         self.cache.join_free();
-        self.forget_removed(removed);
     }
 
     /// Spills a cluster and removes its faces, unless one of them is in view.
@@ -206,8 +211,8 @@ impl Engine {
         }
     }
 
-    /// Forgets what is known elsewhere of what was removed, before its numbers are used again; slots once the GPU has heard of it.
-    fn forget_removed(&mut self, removed: Removed) {
+    /// Forgets what is known elsewhere of what was removed, before its numbers are used again; returns the slots, which are not free yet.
+    fn forget_removed(&mut self, removed: Removed) -> Vec<SlotId> {
         for &vertex in &removed.vertices {
             self.view.vertices[vertex] = VertexView::default();
             self.scheduler.void_direct(vertex);
@@ -218,7 +223,7 @@ impl Engine {
             self.view.light_vectors.reset(slot);
         }
         if removed.nodes.is_empty() {
-            return;
+            return removed.slots;
         }
         let cache = &self.cache;
         self.enclosed.retain(|&vertex| cache.vertices.is_alive(vertex));
@@ -226,7 +231,8 @@ impl Engine {
         self.scheduler.retain_first_visits(|vertex| cache.vertices.is_alive(vertex));
         self.waiting.retain(|root| cache.topology.nodes.is_alive(root));
         self.outdated_specular.slots.retain(|&slot| cache.slots.is_alive(slot));
-        self.publisher.retire_slots(cache, removed.slots);
+        self.publisher.retain_alive(cache);
+        removed.slots
     }
 
     /// Undoes splits that are worth nothing to the view, the finest first; whether there were any.
@@ -242,7 +248,9 @@ impl Engine {
             }
         }
         let any = !removed.nodes.is_empty();
-        self.forget_removed(removed);
+        // The GPU may still draw with them.
+        let slots = self.forget_removed(removed);
+        self.publisher.retire_slots(slots);
         // Their leaves share the pixels out anew.
         let nodes = changed.into_iter().filter(|&node| self.cache.topology.nodes.is_alive(node));
         let faces = nodes.filter_map(|node| self.view.faces.index_of(self.cache.topology.nodes[node].face));

@@ -57,12 +57,17 @@ impl Publisher {
         added.slots * MIRROR_OF_A_SLOT + added.drawn * (MIRROR_OF_A_TRIANGLE + size_of::<u32>())
     }
 
-    /// Takes the triangles of a face out of use, which is about to go; nothing takes their place.
+    /// Takes the triangles of a face out of use, which is out of view and about to go; nothing takes their place. Their numbers can be
+    /// used again at once: the next update drops them before it does anything else.
     pub fn drop_face(&mut self, cache: &mut Cache, face: FaceId, root: NodeId) {
         let (mut nodes, mut old) = (vec![root], Vec::new());
         while let Some(node) = nodes.pop() {
             nodes.extend(cache.topology.children(node));
-            let triangles = self.retire(cache, node);
+            let triangles = cache.drawn.retire(node);
+            for &drawn in &triangles {
+                self.listed[drawn] = 0;
+                cache.drawn.triangles.remove(drawn);
+            }
             // What was never sent is not to be taken back.
             if !triangles.is_empty() && !self.revealed.contains(&node) {
                 old.extend(triangles);
@@ -90,12 +95,15 @@ impl Publisher {
         !self.revealed.is_empty()
     }
 
-    /// Notes slots that are gone: they can be used again once the GPU draws none of their triangles. Nothing is said of them, and of
-    /// nodes that are gone, any more.
-    pub fn retire_slots(&mut self, cache: &Cache, slots: Vec<SlotId>) {
+    /// Says nothing any more of slots and nodes that are gone.
+    pub fn retain_alive(&mut self, cache: &Cache) {
         self.changed.retain(|&slot| cache.slots.is_alive(slot));
         self.redraw.retain(|&node| cache.topology.nodes.is_alive(node));
         self.revealed.retain(|&node| cache.topology.nodes.is_alive(node));
+    }
+
+    /// Notes slots that are gone, in view: they can be used again once the GPU draws none of their triangles.
+    pub fn retire_slots(&mut self, slots: Vec<SlotId>) {
         let sequence = self.sequence + 1;
         self.retired_slots.extend(slots.into_iter().map(|slot| (sequence, slot)));
     }
@@ -159,18 +167,18 @@ impl Publisher {
     /// at a midpoint that only a neighbour had needed so far.
     pub fn redraw(&mut self, cache: &mut Cache, view: &ViewState) -> (Update, Vec<SlotId>) {
         let (mut update, mut fresh) = (Update::default(), Vec::new());
+        for (face, old) in std::mem::take(&mut self.dropped) {
+            let start = update.patch_triangles.len() as u32;
+            update.patch_triangles.extend(old);
+            let end = update.patch_triangles.len() as u32;
+            update.patches.push(Patch { face, old: start..end, new: end..end });
+        }
         for node in std::mem::take(&mut self.revealed) {
             let start = update.patch_triangles.len() as u32;
             list(cache, &mut update, node);
             let end = update.patch_triangles.len() as u32;
             let face = cache.topology.nodes[node].face;
             update.patches.push(Patch { face, old: start..start, new: start..end });
-        }
-        for (face, old) in std::mem::take(&mut self.dropped) {
-            let start = update.patch_triangles.len() as u32;
-            update.patch_triangles.extend(old);
-            let end = update.patch_triangles.len() as u32;
-            update.patches.push(Patch { face, old: start..end, new: end..end });
         }
         let mut nodes = std::mem::take(&mut self.redraw);
         ascending(&mut nodes);
