@@ -11,7 +11,7 @@ use penombre::pass::{Renderer, UpdateMode};
 use penombre::refine::replay::HostMesh;
 use penombre::refine::update::EngineStats;
 use penombre::scene::Scene;
-use penombre::scene::camera::{ImageSize, View};
+use penombre::scene::camera::{Camera, ImageSize, View};
 use penombre::scene::light::{Light, LightKind, LightState};
 use penombre::session::{
     Batches, Budget, EndedBy, FrameReport, Observer, Options, Pace, Refinement, Session, Unobserved, owned_engine,
@@ -237,4 +237,58 @@ fn a_device_that_is_lost_again_at_once_is_given_up() {
         let other = session.recover(Error::Usage("no".to_owned())).unwrap_err();
         assert_eq!(other.exit_status(), 2, "no device was lost");
     });
+}
+
+/// Two walls of many facets that face each other, half of each in the shadow of boards.
+fn two_walls() -> Arc<Scene> {
+    const CELLS: u32 = 20;
+    let mut scene = empty_scene();
+    for (z, across) in [(-2.0, Vec3::X), (2.0, -Vec3::X)] {
+        for cell in 0..CELLS * CELLS {
+            let step = 2.0 / CELLS as f32;
+            let [i, j] = [cell % CELLS, cell / CELLS].map(|i| i as f32 * step);
+            let corner = across * (i - 1.0) + Vec3::Y * (j - 1.0) + Vec3::Z * z;
+            add_quad(&mut scene, corner, across * step, Vec3::Y * step, 0, 1.0);
+        }
+        add_quad(&mut scene, Vec3::new(-0.3, -0.4, z * 0.8), across * 0.5, Vec3::Y * 0.7, 0, 1.0);
+    }
+    let kind = LightKind::Point { position: Vec3::new(0.2, 0.3, 0.1), intensity: Vec3::splat(6.0) };
+    scene.lights.push(Light { name: "lamp".to_owned(), kind });
+    Arc::new(scene)
+}
+
+/// Looks from wall to wall and back, so often; the last pictures of each, and the engine's totals.
+fn look_around(memory: Option<u64>) -> ([Vec<glam::Vec4>; 2], EngineStats) {
+    let budget = Budget { rays: Some(0), ..Budget::default() };
+    let options = Options { memory, pace: Pace::Fixed(Batches { rays: 1000, ..Batches::A_FRAME }), ..options(budget) };
+    let scene = two_walls();
+    let mut session = Session::open(&scene, &options).unwrap();
+    let view = |z: f32| {
+        let camera = Camera { position: Vec3::ZERO, look_at: Vec3::Z * z, up: Vec3::Y, vertical_fov: 60.0 };
+        scene.view(&camera, options.size)
+    };
+    let mut pictures = [Vec::new(), Vec::new()];
+    for turn in 0..6 {
+        session.look(&view([-1.0, 1.0][turn % 2]), &[]).unwrap();
+        (0..40).for_each(|_| _ = session.step(&mut Unobserved).unwrap());
+        pictures[turn % 2] = session.still().unwrap().combined;
+    }
+    (pictures, session.totals().engine)
+}
+
+/// What is drawn after triangles and slots were taken back and their numbers used again is what is drawn of an engine with room for all.
+#[test]
+fn pictures_within_a_memory_budget_are_those_without() {
+    let Some(device) = device::device() else { return };
+    drop(device);
+    let (free, stats) = look_around(None);
+    let (tight, tight_stats) = look_around(Some(stats.memory.held * 7 / 10));
+    assert!(tight_stats.memory.evicted > 500 && tight_stats.memory.paged_in > 10, "{:?}", tight_stats.memory);
+    assert!(tight_stats.memory.held < stats.memory.held * 3 / 4, "{:?} {:?}", tight_stats.memory, stats.memory);
+    for (a, b) in free.iter().zip(&tight) {
+        let off: f32 = a.iter().zip(b).map(|(a, b)| (*a - *b).abs().x).sum();
+        let worst = a.iter().zip(b).map(|(a, b)| (*a - *b).abs().x).fold(0.0, f32::max);
+        let mean: f32 = a.iter().map(|pixel| pixel.x).sum();
+        assert!(off < mean * 0.01, "{off} of {mean}, {worst} at most");
+    }
 }

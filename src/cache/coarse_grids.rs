@@ -1,7 +1,7 @@
 //! Base vertices by place, in grids of spacings that shrink threefold: how coarser ones around a vertex are found.
 
 use super::ids::VertexId;
-use super::pool::{Pool, map_bytes};
+use super::pool::{Pool, Table, map_bytes};
 use super::vertex::Vertex;
 use glam::{IVec3, Vec3};
 use rustc_hash::FxHashMap;
@@ -29,6 +29,8 @@ pub struct CoarseGrids {
     grids: [FxHashMap<IVec3, Vec<(VertexId, Vec3)>>; LEVELS],
     /// Entries of all cells.
     entries: usize,
+    /// How many slots each vertex predicts.
+    predicted: Table<VertexId, u32>,
 }
 
 /// A vertex near another.
@@ -66,9 +68,34 @@ impl CoarseGrids {
         }
     }
 
+    /// Takes a vertex at `position` out.
+    pub(super) fn remove(&mut self, vertex: VertexId, position: Vec3, scale: f32) {
+        for level in 0..LEVELS {
+            let Some(list) = self.grids[level].get_mut(&cell(scale, level, position)) else { continue };
+            let before = list.len();
+            list.retain(|(other, _)| *other != vertex);
+            self.entries -= before - list.len();
+            if list.is_empty() {
+                self.grids[level].remove(&cell(scale, level, position));
+            }
+        }
+    }
+
+    /// Notes that a vertex predicts one slot more, or one less.
+    pub(super) fn note_predicts(&mut self, vertex: VertexId, more: bool) {
+        let slots = &mut self.predicted[vertex];
+        *slots = if more { *slots + 1 } else { slots.saturating_sub(1) };
+    }
+
+    /// Whether a vertex predicts any slot.
+    pub(super) fn predicts(&self, vertex: VertexId) -> bool {
+        self.predicted[vertex] > 0
+    }
+
     /// Bytes held, but for room in the cells' lists.
     pub(super) fn bytes(&self) -> usize {
-        self.grids.iter().map(map_bytes).sum::<usize>() + self.entries * size_of::<(VertexId, Vec3)>()
+        let entries = self.entries * size_of::<(VertexId, Vec3)>();
+        self.grids.iter().map(map_bytes).sum::<usize>() + entries + self.predicted.bytes()
     }
 
     /// The nearest vertices of a level or coarser on the same side of the same surface as `here`, nearest first.

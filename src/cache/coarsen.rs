@@ -19,6 +19,8 @@ pub struct Removed {
     pub vertices: Vec<VertexId>,
     /// Slots of those vertices.
     pub slots: Vec<SlotId>,
+    /// Base vertices of faces that are gone which still predict others.
+    pub predicting: Vec<VertexName>,
 }
 
 /// Whether a midpoint that no split node needs stays as long as leaves are drawn through it.
@@ -126,7 +128,8 @@ impl Removed {
 }
 
 impl Cache {
-    /// Gives back a face with its tree, and the vertices that no other face has, but for those that predict others. None of its
+    /// Gives back a face with its tree, and the vertices that no other face has, but for those that still predict others
+    /// ([`Self::remove_predicting`]). None of its
     /// triangles may be drawn any more. Asked for again, it begins anew.
     pub fn remove_face(&mut self, scene: &Scene, weld: &Weld, face: FaceId, removed: &mut Removed) {
         let Some(root) = self.roots.remove(&face) else { return };
@@ -139,14 +142,42 @@ impl Cache {
             let Some(group) = weld.known_group(position, triangle) else { continue };
             let name = VertexName { position, back: face.is_back(), group };
             if self.names.get(&name) == Some(&vertex) && self.is_left(scene, weld, name) {
-                self.names.remove(&name);
-                removed.vertices.push(vertex);
+                self.remove_base_vertex(name, vertex, removed);
             }
         }
         self.give_back(first, removed);
     }
 
-    /// Whether no face has a base vertex any more that predicts no others.
+    /// Gives back base vertices of faces that are gone, as far as what they predicted is gone by now.
+    pub fn remove_predicting(&mut self, scene: &Scene, weld: &Weld, removed: &mut Removed) {
+        loop {
+            let first = [removed.vertices.len(), removed.slots.len()];
+            for name in std::mem::take(&mut removed.predicting) {
+                if let Some(vertex) = self.names.get(&name).copied().filter(|_| self.is_left(scene, weld, name)) {
+                    self.remove_base_vertex(name, vertex, removed);
+                }
+            }
+            if removed.vertices.len() == first[0] {
+                return;
+            }
+            self.give_back(first, removed);
+        }
+    }
+
+    /// Gives back a base vertex that no face has, or notes it while it predicts others.
+    fn remove_base_vertex(&mut self, name: VertexName, vertex: VertexId, removed: &mut Removed) {
+        if self.coarse.predicts(vertex) {
+            removed.predicting.push(name);
+            return;
+        }
+        if self.slots_of(vertex).any(|slot| self.slots[slot].is_coarse()) {
+            self.coarse.remove(vertex, self.vertices[vertex].position, self.scale);
+        }
+        self.names.remove(&name);
+        removed.vertices.push(vertex);
+    }
+
+    /// Whether no face has a base vertex any more.
     fn is_left(&self, scene: &Scene, weld: &Weld, name: VertexName) -> bool {
         let has = |vertex: VertexId| self.names.get(&name) == Some(&vertex);
         let is_of = |face: FaceId| {
@@ -154,10 +185,7 @@ impl Cache {
             let root = self.root_of(face);
             root.zip(corner).is_some_and(|(root, corner)| has(self.corner_vertices(root)[corner]))
         };
-        let vertex = self.names.get(&name).copied();
-        let predicts = |vertex: VertexId| self.slots_of(vertex).any(|slot| self.slots[slot].is_coarse());
-        let around = weld.around(name.position).iter();
-        !vertex.is_some_and(predicts) && !around.map(|&t| FaceId::new(t, name.back)).any(is_of)
+        !weld.around(name.position).iter().map(|&t| FaceId::new(t, name.back)).any(is_of)
     }
 
     /// Makes a leaf of a split node ([`Topology::can_coarsen`]), whose children may not be drawn any more; returns the leaves that
@@ -212,6 +240,11 @@ impl Cache {
                 None => self.slots[other].first_between = next,
                 Some(id) => self.between.link(self.slots[SlotId(id.0 / 8)].between, id.0 as usize % 8, next),
             }
+        }
+        let coarse = self.between(slot).filter(|between| between.coarse);
+        let predicted_by: Vec<SlotId> = coarse.map_or_else(Vec::new, |of| of.of.iter().map(|(of, _)| *of).collect());
+        for other in predicted_by {
+            self.coarse.note_predicts(self.slots[other].vertex, false);
         }
         self.between.remove(list);
     }

@@ -111,6 +111,9 @@ impl Cache {
             let next = std::mem::replace(first, BetweenId(slot.0 * 8 + place).into());
             self.between.link(list, place as usize, next);
         }
+        for (other, _) in between.of.iter().filter(|_| between.coarse) {
+            self.coarse.note_predicts(self.slots[*other].vertex, true);
+        }
         let highest = between.of.iter().map(|(other, _)| self.slots[*other].rank).max().unwrap_or(0);
         let record = &mut self.slots[slot];
         if !between.coarse {

@@ -153,13 +153,16 @@ impl Engine {
     /// Evicts clusters until there is room for what is wanted or none is left.
     fn evict(&mut self, wanted: Wanted, budget: usize) {
         self.hide_leaving(usize::MAX);
-        let mut removed = Removed::default();
+        let predicting = std::mem::take(&mut self.memory.predicting);
+        let mut removed = Removed { predicting, ..Removed::default() };
         for cluster in self.memory.by_age() {
             if self.has_room_for(wanted, budget) {
                 break;
             }
             self.evict_cluster(cluster, &mut removed);
         }
+        self.cache.remove_predicting(&self.scene, &self.weld, &mut removed);
+        self.memory.predicting = std::mem::take(&mut removed.predicting);
         let slots = self.forget_removed(removed);
         slots.into_iter().for_each(|slot| self.cache.slots.recycle(slot));
         self.cache.join_free();

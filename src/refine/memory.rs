@@ -2,6 +2,7 @@
 
 use crate::cache::block::{BlockLayer, ClusterId};
 use crate::cache::bytes::Part;
+use crate::cache::vertex::VertexName;
 use crate::scene::FaceId;
 use crate::store::page_file::{Extent, PageFile};
 use rustc_hash::FxHashMap;
@@ -107,6 +108,8 @@ pub struct Memory {
     file: Option<PageFile>,
     lighting: u32,
     changed: Changed,
+    /// Base vertices of faces that are gone which still predict others.
+    pub(super) predicting: Vec<VertexName>,
     pub(super) room: Room,
     /// Tasks that a batch has room for.
     pub(super) tasks: u64,
