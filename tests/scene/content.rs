@@ -1,4 +1,5 @@
 //! What light depends on: which edits of a scene change which key, and what is said of them.
+#![allow(clippy::unwrap_used, reason = "in a test, a panic is how a failure shows")]
 
 use penombre::scene::Scene;
 use penombre::scene::content::Content;
