@@ -207,6 +207,16 @@ fn wanted(scene: &Scene, bvh: &Bvh, sides: Sides, seed: u64) -> Vec<bool> {
         Sides::Lit => reached(scene, bvh, seed),
     };
     wanted.as_chunks_mut::<2>().0.iter_mut().for_each(|[front, back]| *front |= !*back);
+    // Of triangles in one place that face one way and have one material, one will do.
+    let mut places = rustc_hash::FxHashSet::default();
+    for (sides, index) in wanted.as_chunks_mut::<2>().0.iter_mut().zip(0..) {
+        let mut corners = scene.triangles[index];
+        let least = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
+        corners.rotate_left(least);
+        if !places.insert((corners, scene.triangle_materials[index].0)) {
+            *sides = [false; 2];
+        }
+    }
     wanted
 }
 

@@ -81,7 +81,9 @@ fn texture(folder: &Folder, bytes: &[u8]) {
         _ => "t.tga",
     };
     folder.write(name, bytes);
-    let mtl = format!("newmtl m\nmap_Kd {name}\nmap_d {name}\nnewmtl n\nKe 1 1 1\nmap_Ke {name}\nnorm {name}\nPr 0.5\nPm 0.5\nmap_Pm {name}\n");
+    let mtl = format!(
+        "newmtl m\nmap_Kd {name}\nmap_d {name}\nnewmtl n\nKe 1 1 1\nmap_Ke {name}\nnorm {name}\nPr 0.5\nPm 0.5\nmap_Pm {name}\n"
+    );
     folder.write("fed.mtl", mtl.as_bytes());
     scene(&folder.write("b.obj", OBJ.replace("a.mtl", "fed.mtl").as_bytes()));
 }

@@ -5,6 +5,7 @@ mod support;
 
 mod bare_obj;
 mod camera_paths;
+mod corpus;
 mod environments;
 mod exporters;
 mod file;
