@@ -1,6 +1,6 @@
 //! Faults of the system: a full disk, folders that take no files, signals, readers that go away.
 
-use crate::support::binary::{penombre, run, stderr};
+use crate::support::binary::{CORNELL, penombre, run, stderr};
 use std::fs;
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -68,4 +68,17 @@ fn closed_streams_are_no_fault() {
     drop((child.stdout.take(), child.stderr.take()));
     assert_eq!(child.wait().unwrap().code(), Some(0));
     assert!(folder.path().join("a.ply").exists());
+}
+
+/// A file that outgrows the limit of the process is refused as on a full disk, and nothing is left of it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_limit_of_files_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let line =
+        format!("ulimit -f 8; exec '{}' bake '{}' -q --rays 100000 -o a.ply", env!("CARGO_BIN_EXE_penombre"), CORNELL);
+    let output = Command::new("bash").args(["-c", &line]).current_dir(folder.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
+    assert!(stderr(&output).contains("a.ply") && stderr(&output).contains("File too large"), "{}", stderr(&output));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 }
