@@ -58,7 +58,7 @@ fn feed(folder: &Folder, target: &str, bytes: &[u8]) {
         }
         "texture" => texture(folder, bytes),
         "exr" => image(folder, bytes),
-        "camera_path" => refused_or_read(load_camera_path(&folder.write("walk.toml", bytes))),
+        "camera_path" => refused_or_read(load_camera_path(&folder.write("walk.toml", bytes), Default::default())),
         "gltf" => scene(&folder.write(if bytes.starts_with(b"glTF") { "a.glb" } else { "a.gltf" }, bytes)),
         "lamp" => {
             let name = if bytes.starts_with(b"IES") { "lamp.ies" } else { "lamp.ldt" };
