@@ -18,7 +18,7 @@ fn changed(bytes: &[u8], seed: u64) -> Vec<u8> {
     let mut copy = bytes.to_vec();
     for i in 0..4 {
         let [at, from] = [0, 1].map(|k| (mix(seed * 16 + i * 2 + k) % bytes.len().max(1) as u64) as usize);
-        let value = mix(!seed + i);
+        let value = mix(!seed ^ i);
         if let Some(byte) = copy.get_mut(at) {
             *byte = if value & 1 == 0 { bytes[from] } else { (value >> 8) as u8 };
         }
