@@ -3,6 +3,7 @@
 # make check   format, lints, tests, documentation: what a change must pass
 # make bench   measure what a user waits for, on a quiet machine: a page for docs/results, in out/bench.md
 # make kills   kill the program two hundred times while it saves light, and the store by itself: minutes
+# make fuzz    feed spliced files to all readers, FUZZ_SECONDS each (tests/fuzz/README.md)
 # make setup   only install what is lacking (make setup SETUP_FLAGS=--dry-run shows it)
 
 CARGO ?= cargo
@@ -20,12 +21,17 @@ REFERENCE_FLAGS = --filter point --size 256x192 --pixels 8000 --spp 2048 --seed 
 # References among BENCH_SCENES that are made here.
 BENCH_REFERENCES = $(foreach word,$(subst =, ,$(BENCH_SCENES)),$(filter out/references/%.exr,$(firstword $(subst .exr@,.exr ,$(word)))))
 
-.PHONY: demo test check bench kills setup setup-tests format lint doc
+.PHONY: demo test check bench kills fuzz setup setup-tests format lint doc
 
 demo: setup
 	@mkdir -p out
 	$(CARGO) run --release -- render $(DEMO_SCENE) --size $(DEMO_SIZE) --time $(DEMO_TIME) --log out/demo.csv -o out/demo.png -o out/demo.exr
 	@echo "Picture: out/demo.png; linear layers: out/demo.exr; frame log: out/demo.csv, out/demo.json"
+
+# Of address space 8 GiB: threads and the mapping of test programs take some of it.
+FUZZ_SECONDS ?= 60
+fuzz:
+	ulimit -v 8388608; PENOMBRE_FUZZ_SECONDS=$(FUZZ_SECONDS) $(CARGO) test --test scene -- --ignored --nocapture breaks_for_long
 
 # Written when it is whole.
 bench: setup $(BENCH_REFERENCES)

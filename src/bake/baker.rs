@@ -14,6 +14,7 @@ use crate::refine::update::{EngineStats, Shown, Slot, SlotId, Update};
 use crate::refine::workers::Workers;
 use crate::scene::Scene;
 use crate::scene::light::Light;
+use crate::scene::material::MaterialId;
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -201,13 +202,31 @@ impl Baker {
 
 /// By face, whether it is a part of the mesh.
 fn wanted(scene: &Scene, bvh: &Bvh, sides: Sides, seed: u64) -> Vec<bool> {
+    let is_first = firsts(scene);
     let mut wanted = match sides {
         Sides::Both => vec![true; scene.triangles.len() * 2],
         Sides::Front => vec![false; scene.triangles.len() * 2],
-        Sides::Lit => reached(scene, bvh, seed),
+        Sides::Lit => reached(scene, bvh, &is_first, seed),
     };
     wanted.as_chunks_mut::<2>().0.iter_mut().for_each(|[front, back]| *front |= !*back);
+    for (sides, is_first) in wanted.as_chunks_mut::<2>().0.iter_mut().zip(is_first) {
+        if !is_first {
+            *sides = [false; 2];
+        }
+    }
     wanted
+}
+
+/// By triangle, whether it is the first in its place that faces one way and has one material: one will do.
+fn firsts(scene: &Scene) -> Vec<bool> {
+    let mut places = rustc_hash::FxHashSet::default();
+    let mut is_first = |(corners, material): (&[u32; 3], &MaterialId)| {
+        let mut corners = *corners;
+        let least = (0..3).min_by_key(|&i| corners[i]).unwrap_or(0);
+        corners.rotate_left(least);
+        places.insert((corners, material.0))
+    };
+    scene.triangles.iter().zip(&scene.triangle_materials).map(&mut is_first).collect()
 }
 
 /// D by slot, W·sr⁻¹·m⁻².

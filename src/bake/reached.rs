@@ -23,11 +23,11 @@ const BOUNCES: u32 = 16;
 /// Share of its paths that light must come along: fewer get through rounding, where bodies touch.
 const LEAST_SHARE: f64 = 1e-3;
 
-/// By face, whether light may reach it.
+/// By face, whether light may reach it; of triangles in one place, those that `is_first` leaves out are no neighbours of others.
 #[must_use]
-pub fn reached(scene: &Scene, bvh: &Bvh, seed: u64) -> Vec<bool> {
-    let piece = pieces(scene);
-    let (paths, is_unclear) = paths_of(scene, &piece);
+pub fn reached(scene: &Scene, bvh: &Bvh, is_first: &[bool], seed: u64) -> Vec<bool> {
+    let piece = pieces(scene, is_first);
+    let (paths, is_unclear) = paths_of(scene, &piece, is_first);
     let look = Look::new(scene, bvh);
     let lit: Vec<u32> = (0..piece.len() as u32)
         .into_par_iter()
@@ -46,9 +46,9 @@ pub fn reached(scene: &Scene, bvh: &Bvh, seed: u64) -> Vec<bool> {
 }
 
 /// The piece of each face, by its least face. Sides go together across edges of two triangles, front with front where these are wound alike.
-fn pieces(scene: &Scene) -> Vec<u32> {
+fn pieces(scene: &Scene, is_first: &[bool]) -> Vec<u32> {
     let mut edges: Vec<(u32, u32, u32, bool)> = Vec::with_capacity(scene.triangles.len() * 3);
-    for (triangle, index) in scene.triangles.iter().zip(0..) {
+    for (triangle, index) in scene.triangles.iter().zip(0..).filter(|&(_, index)| is_first[index as usize]) {
         for i in 0..3 {
             let (a, b) = (triangle[i], triangle[(i + 1) % 3]);
             edges.push((a.min(b), a.max(b), index, a < b));
@@ -69,18 +69,24 @@ fn pieces(scene: &Scene) -> Vec<u32> {
 }
 
 /// How many paths start at each face: those of its piece are shared out by area. And whether these are too few to tell.
-fn paths_of(scene: &Scene, piece: &[u32]) -> (Vec<u32>, bool) {
-    let area = |face: u32| f64::from(scene.area_vector(FaceId(face).triangle()).length());
+fn paths_of(scene: &Scene, piece: &[u32], is_first: &[bool]) -> (Vec<u32>, bool) {
+    let area = |face: u32| {
+        let counts = is_first[face as usize / 2];
+        if counts { f64::from(scene.area_vector(FaceId(face).triangle()).length()) } else { 0.0 }
+    };
     let mut areas = vec![0.0; piece.len()];
     piece.iter().zip(0..).for_each(|(&piece, face)| areas[piece as usize] += area(face));
     let all: f64 = areas.iter().sum();
-    let pieces = piece.iter().zip(0..).filter(|(piece, face)| **piece == *face).count();
+    let pieces = piece.iter().zip(0..).filter(|(piece, face)| **piece == *face && is_first[*face as usize / 2]).count();
     let a_piece = MOST_PATHS / pieces.max(1) as f64;
     if a_piece < PATHS_A_PIECE {
         return (vec![0; piece.len()], true);
     }
     let mut left = vec![f64::NAN; piece.len()];
     let of = |(&piece, face): (&u32, u32)| {
+        if !is_first[face as usize / 2] {
+            return 0;
+        }
         let share = |part: f64, whole: f64| if part < whole { part / whole } else { 1.0 };
         let whole = areas[piece as usize];
         let paths = (share(whole, all) * PATHS).max(PATHS_A_PIECE);

@@ -8,7 +8,7 @@ use crate::scene::FaceId;
 use smallvec::SmallVec;
 
 /// Triangles of a cluster; the faces on one side of them belong together.
-const TRIANGLES: u32 = 64;
+const TRIANGLES: u32 = 16;
 
 /// A cluster of faces: one side of triangles that follow each other in the scene.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

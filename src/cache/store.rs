@@ -220,6 +220,12 @@ impl Cache {
         for id in self.slots.ids() {
             assert_eq!(listed[id], between(id).len(), "slot {}: listed at those it lies between", id.0);
         }
+        let mut predicted = Table::<VertexId, u32>::default();
+        let coarse = self.slots.ids().filter_map(|id| self.between(id).filter(|between| between.coarse));
+        coarse.flat_map(|between| between.of).for_each(|(of, _)| predicted[self.slots[*of].vertex] += 1);
+        for id in self.vertices.ids() {
+            assert_eq!(self.coarse.predicts(id), predicted[id] > 0, "vertex {}: predicts what goes by it", id.0);
+        }
     }
 
     /// Drawn triangles are listed at their slots and their nodes.

@@ -31,7 +31,17 @@ impl Observer for Signals {
 /// # Errors
 /// [`Error::Internal`] if the system refuses it or one is there already.
 pub fn install() -> Result<()> {
+    #[cfg(unix)]
+    survive_file_limits()?;
     ctrlc::set_handler(handle).map_err(|e| Error::Internal(format!("no handler for Ctrl-C: {e}")))
+}
+
+/// Has a file that grows beyond the limit of the process (`ulimit -f`) be an error of the write, as a full disk is, and not the end.
+#[cfg(unix)]
+fn survive_file_limits() -> Result<()> {
+    let seen = std::sync::Arc::new(AtomicBool::new(false));
+    let handler = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, seen);
+    handler.map(drop).map_err(|e| Error::Internal(format!("no handler for limits of files: {e}")))
 }
 
 /// Runs on a thread of its own, so it may do anything.

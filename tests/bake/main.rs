@@ -5,6 +5,7 @@
 mod support;
 
 mod command;
+mod faults;
 mod files;
 mod light;
 mod triangles;

@@ -109,3 +109,20 @@ fn windings_go_with_normals() {
         }
     }
 }
+
+/// Thousands of triangles in one place are one: all of them would share three vertices, and take quadratic time.
+#[test]
+fn repeats_are_written_once() {
+    let mut scene = closed();
+    let all = bake(&scene, direct(), Plan { triangles: Triangles::Base, ..Plan::default() }, 1).triangle_count();
+    let (last, ids) = (scene.triangles[0], 0..2_000);
+    for _ in ids {
+        // As often wound from another corner.
+        scene.triangles.push([last[1], last[2], last[0]]);
+        scene.normals.push(scene.normals[0]);
+        scene.uvs.push(scene.uvs[0]);
+        scene.triangle_materials.push(scene.triangle_materials[0]);
+    }
+    let mesh = bake(&scene, direct(), Plan { triangles: Triangles::Base, ..Plan::default() }, 1);
+    assert_eq!(mesh.triangle_count(), all);
+}

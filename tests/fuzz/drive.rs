@@ -58,7 +58,7 @@ fn feed(folder: &Folder, target: &str, bytes: &[u8]) {
         }
         "texture" => texture(folder, bytes),
         "exr" => image(folder, bytes),
-        "camera_path" => refused_or_read(load_camera_path(&folder.write("walk.toml", bytes))),
+        "camera_path" => refused_or_read(load_camera_path(&folder.write("walk.toml", bytes), Default::default())),
         "gltf" => scene(&folder.write(if bytes.starts_with(b"glTF") { "a.glb" } else { "a.gltf" }, bytes)),
         "lamp" => {
             let name = if bytes.starts_with(b"IES") { "lamp.ies" } else { "lamp.ldt" };
@@ -81,7 +81,9 @@ fn texture(folder: &Folder, bytes: &[u8]) {
         _ => "t.tga",
     };
     folder.write(name, bytes);
-    let mtl = format!("newmtl m\nmap_Kd {name}\nmap_d {name}\nnewmtl n\nKe 1 1 1\nmap_Ke {name}\nnorm {name}\nPr 0.5\nPm 0.5\nmap_Pm {name}\n");
+    let mtl = format!(
+        "newmtl m\nmap_Kd {name}\nmap_d {name}\nnewmtl n\nKe 1 1 1\nmap_Ke {name}\nnorm {name}\nPr 0.5\nPm 0.5\nmap_Pm {name}\n"
+    );
     folder.write("fed.mtl", mtl.as_bytes());
     scene(&folder.write("b.obj", OBJ.replace("a.mtl", "fed.mtl").as_bytes()));
 }

@@ -162,3 +162,27 @@ fn hits_do_not_depend_on_the_scale_of_the_scene() {
         assert!(hits > 300 && differ <= 2, "scale 1e{exponent}: {differ} of {hits} differ");
     }
 }
+
+/// Triangles in each other make a chain of nodes by clustering, which took minutes to build and overflowed the stack.
+#[test]
+fn nested_triangles_are_found_in_no_time() {
+    let mut scene = Scene::default();
+    let grey = material(&mut scene, |_| {});
+    for i in 0..20_000 {
+        let size = 1.0 - i as f32 / 20_016.0;
+        let first = scene.positions.len() as u32;
+        scene.positions.extend([Vec3::ZERO, Vec3::X, Vec3::Y].map(|p| p * size + Vec3::Z * (1.0 - size)));
+        scene.triangles.push([first, first + 1, first + 2]);
+        scene.normals.push([Vec3::Z; 3]);
+        scene.uvs.push([Vec2::ZERO; 3]);
+        scene.triangle_materials.push(grey);
+    }
+    let start = std::time::Instant::now();
+    let bvh = Bvh::build(&scene);
+    let off = |ray: Ray| match (bvh.closest(&scene, &ray), closest_by_brute_force(&scene, &ray)) {
+        (Some(a), Some(b)) => (a.t - b.t).abs() > 1e-3,
+        (a, b) => a.is_some() != b.is_some(),
+    };
+    assert_eq!(rays(500).filter(|ray| off(*ray)).count(), 0);
+    assert!(start.elapsed().as_secs() < 30, "{:?}", start.elapsed());
+}

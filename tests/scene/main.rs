@@ -6,6 +6,7 @@ mod support;
 mod bare_obj;
 mod camera_paths;
 mod content;
+mod corpus;
 mod environments;
 mod exporters;
 mod file;
