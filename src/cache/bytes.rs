@@ -29,7 +29,7 @@ const SAMPLES: usize = 24;
 pub type Part = (&'static str, usize);
 
 /// Numbers of places of arenas.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Places {
     /// Of vertices.
     pub vertices: usize,

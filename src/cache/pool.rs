@@ -15,7 +15,7 @@ pub(super) fn reserve<T>(items: &mut Vec<T>, more: usize) {
 }
 
 /// Bytes of a hash map: a byte beside each place, of which an eighth stays free.
-pub(super) fn map_bytes<K, V, S>(map: &HashMap<K, V, S>) -> usize {
+pub fn map_bytes<K, V, S>(map: &HashMap<K, V, S>) -> usize {
     map.capacity() * 8 / 7 * (size_of::<(K, V)>() + 1)
 }
 

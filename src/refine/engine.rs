@@ -134,7 +134,7 @@ impl OwnClock {
 const FEW_SLOTS: usize = 64;
 
 /// Share of a memory budget that the radiance grid may take.
-const FOR_RADIANCE: usize = 4;
+const FOR_RADIANCE: usize = 8;
 
 /// Error of a pixel against the image's mean at which refinement first stops; it then goes on with half of it, until
 /// the options' own is reached.

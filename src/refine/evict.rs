@@ -132,7 +132,7 @@ impl Engine {
         added.drawn = added.drawn.saturating_sub(self.publisher.retired());
         let growth = self.bytes_of(&added);
         let held = self.held_bytes();
-        let used = held.saturating_sub(self.free_bytes()) + self.bytes_of(&wanted.places());
+        let used = self.used_bytes() + self.bytes_of(&wanted.places());
         used <= budget && (growth == 0 || held + growth <= budget)
     }
 
@@ -141,8 +141,11 @@ impl Engine {
         bytes_of_places(places) + self.cache.sample_bytes(places.vertices)
     }
 
+    /// Bytes in use: what the GPU is about to hear of is as good as free.
     fn used_bytes(&self) -> usize {
-        self.held_bytes().saturating_sub(self.free_bytes())
+        let (slots, drawn) = (self.publisher.retired_slots(), self.publisher.retired());
+        let pending = bytes_of_places(&Places { slots, drawn, ..Places::default() });
+        self.held_bytes().saturating_sub(self.free_bytes() + pending)
     }
 
     /// Bytes of places that were given back and wait to be used again.

@@ -2,6 +2,7 @@
 
 use crate::cache::block::{BlockLayer, ClusterId};
 use crate::cache::bytes::Part;
+use crate::cache::pool::map_bytes;
 use crate::cache::vertex::VertexName;
 use crate::scene::FaceId;
 use crate::store::page_file::{Extent, PageFile};
@@ -40,17 +41,18 @@ pub struct MemoryStats {
 }
 
 /// Blocks of a cluster on disk.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Spilled {
-    /// Where they are: shape, direct light by group, indirect light.
+    /// Where they are: shape, direct light by group, indirect light, each after its length.
     extent: Extent,
-    /// Their lengths, in this order.
-    lengths: Vec<u32>,
     /// Faces and splits.
     size: [u32; 2],
     /// The lighting that they are of ([`Memory::relight`]).
     lighting: u32,
 }
+
+/// Bytes of a length.
+const LENGTH: usize = size_of::<u32>();
 
 /// A block that was read.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -213,10 +215,14 @@ impl Memory {
     /// Writes a cluster's blocks in order of their layers; whether they are kept.
     pub(super) fn spill(&mut self, cluster: ClusterId, blocks: &[&[u8]], size: [u32; 2]) -> bool {
         let Some(file) = &mut self.file else { return false };
-        match file.write(&blocks.concat()) {
+        let mut bytes = Vec::with_capacity(blocks.iter().map(|block| block.len() + LENGTH).sum());
+        for block in blocks {
+            bytes.extend((block.len() as u32).to_le_bytes());
+            bytes.extend_from_slice(block);
+        }
+        match file.write(&bytes) {
             Ok(extent) => {
-                let lengths = blocks.iter().map(|block| block.len() as u32).collect();
-                self.spilled.insert(cluster, Spilled { extent, lengths, size, lighting: self.lighting });
+                self.spilled.insert(cluster, Spilled { extent, size, lighting: self.lighting });
                 self.stats.spilled += 1;
                 self.stats.file_bytes = file.bytes();
                 true
@@ -230,30 +236,30 @@ impl Memory {
 
     /// Takes a cluster's blocks from the disk, each with whether its layer is still right; `None` if they cannot be read.
     pub(super) fn page_in(&mut self, cluster: ClusterId) -> Option<Vec<Block>> {
-        let Spilled { extent, lengths, lighting, .. } = self.spilled.remove(&cluster)?;
+        let Spilled { extent, lighting, .. } = self.spilled.remove(&cluster)?;
         let file = self.file.as_mut()?;
         let bytes = file.read(extent);
         file.forget(extent);
         self.stats.cannot_spill |= bytes.is_err();
         let bytes = bytes.ok()?;
         self.stats.paged_in += 1;
-        let groups = lengths.len().saturating_sub(2) as u32;
-        let layers =
-            [BlockLayer::Shape].into_iter().chain((0..groups).map(BlockLayer::Direct)).chain([BlockLayer::Indirect]);
-        let mut rest = bytes.as_slice();
-        let mut blocks = Vec::with_capacity(lengths.len());
-        for (layer, len) in layers.zip(lengths) {
-            let (block, after) = rest.split_at_checked(len as usize)?;
+        let (mut rest, mut found) = (bytes.as_slice(), Vec::new());
+        while let Some((length, after)) = rest.split_first_chunk::<LENGTH>() {
+            let (block, after) = after.split_at_checked(u32::from_le_bytes(*length) as usize)?;
+            found.push(block.to_vec());
             rest = after;
-            blocks.push(Block { layer, bytes: block.to_vec(), is_current: self.is_current(layer, lighting) });
         }
-        Some(blocks)
+        let groups = found.len().saturating_sub(2) as u32;
+        let direct = (0..groups).map(BlockLayer::Direct);
+        let layers = [BlockLayer::Shape].into_iter().chain(direct).chain([BlockLayer::Indirect]);
+        let block = |(layer, bytes)| Block { layer, bytes, is_current: self.is_current(layer, lighting) };
+        Some(layers.zip(found).map(block).collect())
     }
 
     /// Bytes held for all this.
     pub(super) fn bytes(&self) -> usize {
-        let index = self.spilled.capacity() * (size_of::<(ClusterId, Spilled)>() + 16);
-        self.seen.capacity() * 4 + index
+        let predicting = self.predicting.len() * size_of::<VertexName>();
+        self.seen.len() * size_of::<u32>() + map_bytes(&self.spilled) + predicting
     }
 }
 

@@ -44,6 +44,27 @@ impl Session {
         }
     }
 
+    /// What the light of the present view takes, refined to the end, bytes: a forecast.
+    #[must_use]
+    pub const fn forecast(&self) -> u64 {
+        self.forecast
+    }
+
+    /// What is to be said before a view is lit that is forecast to take more than there is.
+    #[must_use]
+    pub fn short_forecast(&self) -> Option<String> {
+        let (forecast, budget) = (self.forecast, self.options.memory?);
+        let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+        (forecast > budget).then(|| {
+            format!(
+                "light of this view takes about {} MiB when it is refined to the end, and --memory allows {}: it will be coarser, unless \
+                 the run ends before",
+                mib(forecast),
+                mib(budget)
+            )
+        })
+    }
+
     /// What is to be said of a run for which there was too little memory.
     #[must_use]
     pub fn memory_doubt(&self) -> Option<String> {

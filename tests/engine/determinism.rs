@@ -52,10 +52,10 @@ fn known(scene: &Scene, threads: usize, budget: Option<usize>) -> (Digest, u64, 
             up: glam::Vec3::Y,
             vertical_fov: 50.0,
         },
-        |named| named.camera.clone(),
+        |named| named.camera,
     );
     let aside = camera.position.lerp(camera.look_at, 0.3);
-    let turned = Camera { position: aside, look_at: aside + (aside - camera.look_at), ..camera.clone() };
+    let turned = Camera { position: aside, look_at: aside + (aside - camera.look_at), ..camera };
     let mut mirror = Mirror::default();
     for (camera, generation) in [&camera, &turned, &camera].into_iter().zip(1..) {
         mirror.apply(engine.set_visible(&look(scene, &bvh, camera, generation)));

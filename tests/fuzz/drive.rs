@@ -1,5 +1,6 @@
 //! Feeds bytes to one of the readers, as a file among sound ones: it may refuse them, and must end. Shared by the fuzz targets and by
 //! the test that goes through their corpora.
+#![allow(clippy::expect_used, reason = "a failed expectation fails the test")]
 
 use penombre::error::Error;
 use penombre::image::{exr, png};
