@@ -6,6 +6,7 @@
 use super::atomic;
 use crate::error::{Error, Result};
 use crate::scene::camera::{Camera, ImageSize, View};
+use crate::scene::exr_header;
 use crate::scene::report::Report;
 use exr::prelude as file;
 use exr::prelude::{FlatSamples, ReadChannels as _, ReadLayers as _, WritableImage as _};
@@ -19,9 +20,6 @@ pub const MAX_SIDE: u32 = 16_384;
 
 /// Largest finite half.
 const HALF_MAX: f32 = 65_504.0;
-
-/// Above what any compression of EXR reaches (deflate: 1032).
-const MAX_COMPRESSION: u64 = 4096;
 
 type Channel = file::AnyChannel<FlatSamples>;
 
@@ -303,15 +301,8 @@ fn check_header(path: &Path) -> Result<()> {
             return Err(refused(path, "has subsampled channels; save it with full-resolution R, G and B"));
         }
     }
-    let length = std::fs::metadata(path).map_err(|e| Error::io(path, "cannot read", e))?.len();
-    let claimed: u64 = meta.headers.iter().map(|h| h.total_pixel_bytes() as u64).sum();
-    if claimed > MAX_COMPRESSION.saturating_mul(length) {
-        return Err(refused(
-            path,
-            &format!("has {length} bytes for {claimed} bytes of pixels: it is cut off or damaged"),
-        ));
-    }
-    Ok(())
+    let mut file = std::fs::File::open(path).map_err(|e| Error::io(path, "cannot read", e))?;
+    exr_header::check(&mut file).map_err(|fault| refused(path, &fault))
 }
 
 fn read_error(path: &Path, error: exr::error::Error) -> Error {

@@ -1,10 +1,11 @@
 //! Pictures of an environment from files.
 
 use super::environment::Picture;
+use super::exr_header;
 use super::texel::{MAX_VALUE, srgb_to_linear};
 use super::textures::{enough_memory, extent};
 use glam::Vec3;
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -81,6 +82,11 @@ fn decode(path: &Path) -> Result<DynamicImage, String> {
     // Opening may read the whole file.
     enough_memory(data.len()).map_err(|e| say(&e))?;
     let mut reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| say(&e))?;
+    if reader.format() == Some(ImageFormat::OpenExr) {
+        let mut file = reader.into_inner();
+        exr_header::check(&mut file).map_err(|e| say(&e))?;
+        reader = ImageReader::with_format(file, ImageFormat::OpenExr);
+    }
     // What it takes is asked below.
     reader.no_limits();
     let decoder = reader.into_decoder().map_err(|e| say(&e))?;

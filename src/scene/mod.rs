@@ -15,6 +15,7 @@ mod dark_emission;
 mod emitters;
 pub mod environment;
 mod environment_file;
+pub mod exr_header;
 pub mod extent;
 mod find_file;
 pub mod footprint;

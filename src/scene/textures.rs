@@ -1,5 +1,6 @@
 //! Decoding texture files and filtering their mip chains, each once, in parallel.
 
+use super::exr_header;
 use super::find_file::{Finder, Found};
 use super::map_options::MapOptions;
 use super::material::TextureMap;
@@ -9,7 +10,7 @@ use super::report::Report;
 use super::texel_source::{self, Recipe};
 use super::texture::{Texture, TextureId, Wrap};
 use glam::{Mat2, Vec2};
-use image::{DynamicImage, ImageDecoder, ImageReader};
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader};
 use rayon::prelude::*;
 use std::collections::{HashMap, HashSet};
 use std::io::{BufRead, Cursor, Seek};
@@ -235,6 +236,11 @@ impl Job<'_> {
     ) -> Result<Option<Decoded>, String> {
         let say = |error: &dyn std::fmt::Display| format!("{name}: {error}");
         let mut reader = reader.with_guessed_format().map_err(|e| say(&e))?;
+        if reader.format() == Some(ImageFormat::OpenExr) {
+            let mut file = reader.into_inner();
+            exr_header::check(&mut file).map_err(|e| say(&e))?;
+            reader = ImageReader::with_format(file, ImageFormat::OpenExr);
+        }
         // What it takes is asked below.
         reader.no_limits();
         let decoder = reader.into_decoder().map_err(|e| say(&e))?;
