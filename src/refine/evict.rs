@@ -105,9 +105,7 @@ impl Engine {
         let Some(budget) = self.memory.budget.map(|budget| budget - budget / FOR_SAMPLES) else { return };
         let new = visible.faces.iter().filter(|(face, _)| self.cache.root_of(*face).is_none()).map(|(face, _)| *face);
         let new: Vec<FaceId> = new.collect();
-        let [faces, splits] = self.memory.size_of_spilled(&new);
-        // A cluster comes back whole.
-        let wanted = Wanted { faces: new.len().max(faces), splits };
+        let wanted = Wanted { faces: new.len(), splits: self.memory.splits_of_spilled(&new) };
         if !new.is_empty() && !self.has_room_for(wanted, budget) {
             self.finish_gathering();
             self.leave(visible);
@@ -178,6 +176,9 @@ impl Engine {
         if faces.iter().any(|&face| self.view.faces.index_of(face).is_some()) {
             return;
         }
+        // What is on disk of others of its faces is written with these.
+        self.page_rest_in(cluster);
+        let faces: Vec<FaceId> = cluster.faces(triangles).filter(|&face| self.cache.root_of(face).is_some()).collect();
         self.memory.note_gone(cluster);
         self.spill_cluster(cluster);
         for face in faces {

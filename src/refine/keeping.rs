@@ -67,25 +67,27 @@ impl Engine {
 
     /// Goes on with a round, for so long at most.
     fn save(&mut self, most: Option<Duration>) {
-        let Some(keeping) = &mut self.keeping else { return };
+        let Some(mut keeping) = self.keeping.take() else { return };
         let (start, triangles) = (Instant::now(), self.scene.triangles.len() as u32);
         loop {
-            let is_over = most.is_some_and(|most| start.elapsed() >= most || !keeping.has_room());
-            if is_over {
+            if most.is_some_and(|most| start.elapsed() >= most || !keeping.has_room()) {
                 keeping.pause(start.elapsed());
-                return;
+                break;
             }
             let Some(cluster) = keeping.next_of(ClusterId::count(triangles)) else {
                 keeping.end_round(start.elapsed());
-                return;
+                break;
             };
             if self.memory.is_there(cluster) {
                 if most.is_none() {
                     keeping.wait_for_room();
                 }
+                // What is written is all of the cluster.
+                self.page_rest_in(cluster);
                 keeping.write(cluster, &self.cache.blocks(cluster, triangles));
             }
         }
+        self.keeping = Some(keeping);
     }
 
     /// Hands over the blocks of a cluster that leaves memory; if it is not spilled, it comes back from the store.

@@ -7,7 +7,6 @@ use crate::cache::vertex::VertexName;
 use crate::scene::FaceId;
 use crate::store::page_file::{Extent, PageFile};
 use rustc_hash::FxHashMap;
-use std::collections::BTreeSet;
 use std::io;
 
 /// What memory is held for, with the bytes.
@@ -203,13 +202,10 @@ impl Memory {
         self.spilled.contains_key(&cluster)
     }
 
-    /// Faces and splits of the spilled clusters of faces.
-    pub(super) fn size_of_spilled(&self, faces: &[FaceId]) -> [usize; 2] {
-        let clusters: BTreeSet<ClusterId> = faces.iter().map(|&face| ClusterId::of(face)).collect();
-        let spilled = clusters.iter().filter_map(|cluster| self.spilled.get(cluster));
-        spilled.fold([0, 0], |[faces, splits], spilled| {
-            [faces + spilled.size[0] as usize, splits + spilled.size[1] as usize]
-        })
+    /// Splits of faces that were spilled, about.
+    pub(super) fn splits_of_spilled(&self, faces: &[FaceId]) -> usize {
+        let spilled = faces.iter().filter_map(|&face| self.spilled.get(&ClusterId::of(face)));
+        spilled.map(|Spilled { size: [faces, splits], .. }| *splits as usize / (*faces as usize).max(1)).sum()
     }
 
     /// Writes a cluster's blocks in order of their layers; whether they are kept.
@@ -234,12 +230,17 @@ impl Memory {
         }
     }
 
-    /// Takes a cluster's blocks from the disk, each with whether its layer is still right; `None` if they cannot be read.
+    /// Forgets what was spilled of a cluster: all of it is in memory.
+    pub(super) fn forget_spilled(&mut self, cluster: ClusterId) {
+        if let Some((Spilled { extent, .. }, file)) = self.spilled.remove(&cluster).zip(self.file.as_mut()) {
+            file.forget(extent);
+        }
+    }
+
+    /// A cluster's blocks from the disk, where they stay, each with whether its layer is still right; `None` if they cannot be read.
     pub(super) fn page_in(&mut self, cluster: ClusterId) -> Option<Vec<Block>> {
-        let Spilled { extent, lighting, .. } = self.spilled.remove(&cluster)?;
-        let file = self.file.as_mut()?;
-        let bytes = file.read(extent);
-        file.forget(extent);
+        let Spilled { extent, lighting, .. } = *self.spilled.get(&cluster)?;
+        let bytes = self.file.as_ref()?.read(extent);
         self.stats.cannot_spill |= bytes.is_err();
         let bytes = bytes.ok()?;
         self.stats.paged_in += 1;
@@ -306,6 +307,7 @@ mod tests {
                 (BlockLayer::Indirect, b"indirect", false)
             ]
         );
+        memory.forget_spilled(cluster);
         assert!(!memory.is_spilled(cluster) && memory.page_in(cluster).is_none());
     }
 

@@ -8,6 +8,8 @@ use crate::cache::record::{Validity, Vertices};
 use crate::scene::FaceId;
 use crate::trace::within;
 
+/// Clusters that are read at a time.
+const AT_ONCE: usize = 64;
 /// Splits above a node at most: no face is split so often.
 const DEEPEST: u8 = 40;
 
@@ -20,25 +22,37 @@ struct Place {
 }
 
 impl Engine {
-    /// Takes in what was spilled of faces that come into view.
+    /// Takes in what was spilled of faces that come into view. What is on disk stays there, for the other faces of their clusters.
     pub(super) fn page_in(&mut self, faces: &[(FaceId, u32)]) {
         let is_out =
             |face: &FaceId| self.memory.is_spilled(ClusterId::of(*face)) && self.cache.root_of(*face).is_none();
-        let mut clusters: Vec<ClusterId> =
-            faces.iter().map(|(face, _)| *face).filter(is_out).map(ClusterId::of).collect();
+        let wanted: Vec<FaceId> = faces.iter().map(|(face, _)| *face).filter(is_out).collect();
+        let mut clusters: Vec<ClusterId> = wanted.iter().map(|&face| ClusterId::of(face)).collect();
         clusters.sort_unstable();
         clusters.dedup();
-        if clusters.is_empty() {
-            return;
+        for clusters in clusters.chunks(AT_ONCE) {
+            let blocks: Vec<(ClusterId, Vec<Block>)> = within("read pages", || {
+                clusters.iter().filter_map(|&cluster| Some((cluster, self.memory.page_in(cluster)?))).collect()
+            });
+            within("take pages in", || self.take_faces(&blocks, |face| wanted.binary_search(&face).is_ok()));
         }
-        let blocks: Vec<(ClusterId, Vec<Block>)> = within("read pages", || {
-            clusters.into_iter().filter_map(|cluster| Some((cluster, self.memory.page_in(cluster)?))).collect()
-        });
-        within("take pages in", || self.take_blocks(&blocks));
+    }
+
+    /// Takes in what was spilled of a cluster of which other faces are there, so that nothing of it is on disk alone.
+    pub(super) fn page_rest_in(&mut self, cluster: ClusterId) {
+        if let Some(blocks) = self.memory.page_in(cluster) {
+            self.take_blocks(&[(cluster, blocks)]);
+        }
+        self.memory.forget_spilled(cluster);
     }
 
     /// Takes clusters in.
     pub(super) fn take_blocks(&mut self, clusters: &[(ClusterId, Vec<Block>)]) {
+        self.take_faces(clusters, |_| true);
+    }
+
+    /// Takes the faces of clusters in that are wanted, and not there.
+    fn take_faces(&mut self, clusters: &[(ClusterId, Vec<Block>)], is_wanted: impl Fn(FaceId) -> bool) {
         let triangles = self.scene.triangles.len() as u32;
         let (mut roots, mut more) = (Vec::new(), Vec::new());
         for (cluster, blocks) in clusters {
@@ -47,7 +61,7 @@ impl Engine {
                 continue;
             };
             self.memory.note_there(*cluster);
-            roots.extend(self.grow_as(&shape));
+            roots.extend(self.grow_as(&shape, &is_wanted));
             let vertices = self.cache.match_vertices(&shape);
             self.enclosed.extend(self.cache.take_progress(&shape, &vertices));
             more.extend(self.take_layers(blocks, &shape, &vertices));
@@ -59,11 +73,15 @@ impl Engine {
 
     /// Grows the hierarchy of faces to what a shape says, level by level, so that neighbours need not be split for it; returns their
     /// roots.
-    fn grow_as(&mut self, shape: &Shape) -> Vec<NodeId> {
+    fn grow_as(&mut self, shape: &Shape, is_wanted: impl Fn(FaceId) -> bool) -> Vec<NodeId> {
         let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
-        let roots: Vec<NodeId> = shape.faces().map(|face| cache.root(scene, weld, face)).collect();
-        let children: Vec<Vec<Option<usize>>> = (0..roots.len()).map(|face| shape.first_children(face)).collect();
-        let mut level: Vec<Place> = roots.iter().zip(0..).map(|(&id, face)| Place { id, face, node: 0 }).collect();
+        let missing = |&(_, face): &(usize, FaceId)| cache.root_of(face).is_none() && is_wanted(face);
+        let faces: Vec<(usize, FaceId)> = shape.faces().enumerate().filter(missing).collect();
+        let roots: Vec<NodeId> = faces.iter().map(|&(_, face)| cache.root(scene, weld, face)).collect();
+        let children: Vec<Vec<Option<usize>>> =
+            (0..shape.faces().count()).map(|face| shape.first_children(face)).collect();
+        let place = |(&(face, _), &id): (&(usize, FaceId), &NodeId)| Place { id, face, node: 0 };
+        let mut level: Vec<Place> = faces.iter().zip(&roots).map(place).collect();
         while !level.is_empty() {
             let mut next = Vec::new();
             for Place { id, face, node } in level {
