@@ -301,7 +301,7 @@ mod tests {
         let mut pool = Pool::<VertexId, u32>::default();
         let first = pool.insert_four([1, 2, 3, 4]);
         pool.remove_four(first);
-        assert_eq!((pool.growth([4, 0, 0]), pool.growth([3, 1, 0]), pool.growth([1, 0, 1])), (0, 2, 1));
+        assert_eq!((pool.growth([4, 0, 0]), pool.growth([3, 1, 0]), pool.growth([1, 0, 1])), (0, 1, 1));
         let singles: Vec<VertexId> = (0..4).map(|i| pool.insert(i)).collect();
         assert_eq!((pool.places(), pool.growth([0, 0, 1])), (4, 4), "all of the block is in use");
         singles.into_iter().rev().for_each(|id| pool.remove(id));

@@ -124,11 +124,7 @@ impl Engine {
 
     /// Whether so many new faces and splits fit in: in places that are free, or in more.
     fn has_room_for(&self, wanted: Wanted, budget: usize) -> bool {
-        let mut added = self.cache.places_added(wanted.faces, wanted.splits);
-        // What the GPU is about to hear of will be free.
-        added.slots = added.slots.saturating_sub(self.publisher.retired_slots());
-        added.drawn = added.drawn.saturating_sub(self.publisher.retired());
-        let growth = self.bytes_of(&added);
+        let growth = self.bytes_of(&self.cache.places_added(wanted.faces, wanted.splits));
         let held = self.held_bytes();
         let used = self.used_bytes() + self.bytes_of(&wanted.places());
         used <= budget && (growth == 0 || held + growth <= budget)
@@ -137,6 +133,11 @@ impl Engine {
     /// Bytes that places take in arenas and tables, with what is sampled there.
     fn bytes_of(&self, places: &Places) -> usize {
         bytes_of_places(places) + self.cache.sample_bytes(places.vertices)
+    }
+
+    /// Whether more is in use than leaves room for samples.
+    pub(super) fn is_over_budget(&self) -> bool {
+        self.memory.budget.is_some_and(|budget| self.used_bytes() > budget - budget / FOR_SAMPLES)
     }
 
     /// Bytes in use: what the GPU is about to hear of is as good as free.

@@ -84,10 +84,12 @@ impl Engine {
         let mut level: Vec<Place> = faces.iter().zip(&roots).map(place).collect();
         while !level.is_empty() {
             let mut next = Vec::new();
+            // What there is no room for stays coarse.
+            let is_full = self.is_over_budget();
             for Place { id, face, node } in level {
                 shape.tell(&mut self.cache, (face, node), id);
                 let Some(&Some(first)) = children[face].get(node) else { continue };
-                if self.split_again(id) {
+                if !is_full && self.split_again(id) {
                     self.cache.topology.nodes[id].indirect_split = shape.is_indirect_split((face, node));
                     let below = self.cache.topology.children(id).zip(first..);
                     next.extend(below.map(|(id, node)| Place { id, face, node }));
