@@ -41,7 +41,9 @@ impl Engine {
     /// Takes in what was spilled of a cluster of which other faces are there, so that nothing of it is on disk alone.
     pub(super) fn page_rest_in(&mut self, cluster: ClusterId) {
         if let Some(blocks) = self.memory.page_in(cluster) {
-            self.take_blocks(&[(cluster, blocks)]);
+            let faces = cluster.faces(self.scene.triangles.len() as u32);
+            let missing: Vec<FaceId> = faces.filter(|&face| self.cache.root_of(face).is_none()).collect();
+            self.take_faces(&[(cluster, blocks)], |face| missing.contains(&face));
         }
         self.memory.forget_spilled(cluster);
     }
@@ -51,7 +53,7 @@ impl Engine {
         self.take_faces(clusters, |_| true);
     }
 
-    /// Takes the faces of clusters in that are wanted, and not there.
+    /// Takes the faces of clusters in that are wanted.
     fn take_faces(&mut self, clusters: &[(ClusterId, Vec<Block>)], is_wanted: impl Fn(FaceId) -> bool) {
         let triangles = self.scene.triangles.len() as u32;
         let (mut roots, mut more) = (Vec::new(), Vec::new());
@@ -75,8 +77,7 @@ impl Engine {
     /// roots.
     fn grow_as(&mut self, shape: &Shape, is_wanted: impl Fn(FaceId) -> bool) -> Vec<NodeId> {
         let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
-        let missing = |&(_, face): &(usize, FaceId)| cache.root_of(face).is_none() && is_wanted(face);
-        let faces: Vec<(usize, FaceId)> = shape.faces().enumerate().filter(missing).collect();
+        let faces: Vec<(usize, FaceId)> = shape.faces().enumerate().filter(|&(_, face)| is_wanted(face)).collect();
         let roots: Vec<NodeId> = faces.iter().map(|&(_, face)| cache.root(scene, weld, face)).collect();
         let children: Vec<Vec<Option<usize>>> =
             (0..shape.faces().count()).map(|face| shape.first_children(face)).collect();

@@ -59,7 +59,10 @@ fn render_needs_a_scene_and_an_output_only() {
 
 #[test]
 fn what_is_not_typed_is_as_sessions_have_it() {
-    assert_eq!(render("scene.toml -o a.exr").options(), Options::default());
+    // Half of what is free.
+    let memory = render("scene.toml -o a.exr").options().memory;
+    assert_eq!(render("scene.toml -o a.exr").options(), Options { memory, ..Options::default() });
+    assert_eq!(render("scene.toml -o a.exr --memory 64").options().memory, Some(64 << 20));
     let path = render("scene.toml -o a.exr --camera-path p.toml --frames 9").options();
     let budget = Budget { error: Some(0.01), ..Budget::default() };
     assert_eq!(path, Options { budget, ..Options::default() }, "frames are no limit for a picture");
@@ -150,7 +153,7 @@ fn mistakes_are_refused_with_the_option_and_what_would_be_right() {
 
 #[test]
 fn commands_that_do_not_exist_are_usage_errors() {
-    for command in ["bake", "rendre"] {
+    for command in ["backe", "rendre"] {
         let text = refused(&format!("{command} a b"));
         assert!(text.contains("unrecognized subcommand"), "{text}");
     }

@@ -118,7 +118,7 @@ fn a_render_writes_everything_that_was_asked_for() {
     let log = std::fs::read_to_string(at("l.csv")).unwrap();
     let rows: Vec<&str> = log.lines().skip(1).collect();
     assert!(!rows.is_empty() && rows.len() <= 3, "{log}");
-    assert!(log.lines().all(|row| row.split(',').count() == 20), "{log}");
+    assert!(log.lines().all(|row| row.split(',').count() == 25), "{log}");
     let summary = std::fs::read_to_string(at("l.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     assert_eq!(summary["frames"], rows.len());
@@ -153,7 +153,7 @@ fn the_log_has_errors_against_a_reference() {
     run_well(folder.path(), &format!("reference {{cornell}} {size} --direct-only --filter point --spp 2 -o ref.exr"));
     run_well(folder.path(), &format!("render {{cornell}} {size} --frames 2 -o a.exr --log l.csv --reference ref.exr"));
     let log = std::fs::read_to_string(folder.path().join("l.csv")).unwrap();
-    assert!(log.lines().next().unwrap().ends_with(",rmse,relmse,flip,stale_specular,filled_faces"));
+    assert!(log.lines().next().unwrap().contains(",rmse,relmse,flip,stale_specular,filled_faces,light_mib,"));
     let last: Vec<f64> = log.lines().last().unwrap().split(',').skip(18).take(3).map(|v| v.parse().unwrap()).collect();
     let output = run(folder.path(), "diff a.exr ref.exr --json --exposure 1.5");
     let diff: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();

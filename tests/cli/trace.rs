@@ -141,7 +141,7 @@ fn what_a_script_does_is_in_log_and_trace() {
     let rows: Vec<Vec<&str>> = log.lines().skip(1).map(|row| row.split(',').collect()).collect();
     let moved: Vec<&str> = rows.iter().map(|row| row[2]).collect();
     assert_eq!(moved, ["1", "0", "1", "0", "1", "0", "0"], "{log}");
-    assert!(rows.iter().all(|row| row.len() == 20) && rows.last().unwrap()[13].parse::<u64>().unwrap() > 4000, "{log}");
+    assert!(rows.iter().all(|row| row.len() == 25) && rows.last().unwrap()[13].parse::<u64>().unwrap() > 4000, "{log}");
     let summary: Value = serde_json::from_slice(&fs::read(at("l.json")).unwrap()).unwrap();
     assert_eq!((summary["frames"].as_u64(), summary["size"][0].as_u64()), (Some(7), Some(64)));
     assert!(summary["device"].as_str().is_some_and(|name| !name.is_empty()));
