@@ -19,6 +19,8 @@ struct Place {
     id: NodeId,
     face: usize,
     node: usize,
+    /// Pixels that it covers, about.
+    pixels: f32,
 }
 
 impl Engine {
@@ -26,15 +28,19 @@ impl Engine {
     pub(super) fn page_in(&mut self, faces: &[(FaceId, u32)]) {
         let is_out =
             |face: &FaceId| self.memory.is_spilled(ClusterId::of(*face)) && self.cache.root_of(*face).is_none();
-        let wanted: Vec<FaceId> = faces.iter().map(|(face, _)| *face).filter(is_out).collect();
-        let mut clusters: Vec<ClusterId> = wanted.iter().map(|&face| ClusterId::of(face)).collect();
+        let wanted: Vec<(FaceId, u32)> = faces.iter().filter(|(face, _)| is_out(face)).copied().collect();
+        let mut clusters: Vec<ClusterId> = wanted.iter().map(|(face, _)| ClusterId::of(*face)).collect();
         clusters.sort_unstable();
         clusters.dedup();
         for clusters in clusters.chunks(AT_ONCE) {
             let blocks: Vec<(ClusterId, Vec<Block>)> = within("read pages", || {
                 clusters.iter().filter_map(|&cluster| Some((cluster, self.memory.page_in(cluster)?))).collect()
             });
-            within("take pages in", || self.take_faces(&blocks, |face| wanted.binary_search(&face).is_ok()));
+            let pixels = |face: FaceId| {
+                let found = wanted.binary_search_by_key(&face, |(face, _)| *face);
+                found.ok().map(|index| wanted[index].1 as f32)
+            };
+            within("take pages in", || self.take_faces(&blocks, pixels));
         }
     }
 
@@ -43,18 +49,18 @@ impl Engine {
         if let Some(blocks) = self.memory.page_in(cluster) {
             let faces = cluster.faces(self.scene.triangles.len() as u32);
             let missing: Vec<FaceId> = faces.filter(|&face| self.cache.root_of(face).is_none()).collect();
-            self.take_faces(&[(cluster, blocks)], |face| missing.contains(&face));
+            self.take_faces(&[(cluster, blocks)], |face| missing.contains(&face).then_some(f32::INFINITY));
         }
         self.memory.forget_spilled(cluster);
     }
 
     /// Takes clusters in.
     pub(super) fn take_blocks(&mut self, clusters: &[(ClusterId, Vec<Block>)]) {
-        self.take_faces(clusters, |_| true);
+        self.take_faces(clusters, |_| Some(f32::INFINITY));
     }
 
-    /// Takes the faces of clusters in that are wanted.
-    fn take_faces(&mut self, clusters: &[(ClusterId, Vec<Block>)], is_wanted: impl Fn(FaceId) -> bool) {
+    /// Takes the faces of clusters in that are wanted, with the pixels that they cover.
+    fn take_faces(&mut self, clusters: &[(ClusterId, Vec<Block>)], wanted: impl Fn(FaceId) -> Option<f32>) {
         let triangles = self.scene.triangles.len() as u32;
         let (mut roots, mut more) = (Vec::new(), Vec::new());
         for (cluster, blocks) in clusters {
@@ -63,7 +69,7 @@ impl Engine {
                 continue;
             };
             self.memory.note_there(*cluster);
-            roots.extend(self.grow_as(&shape, &is_wanted));
+            roots.extend(self.grow_as(&shape, &wanted));
             let vertices = self.cache.match_vertices(&shape);
             self.enclosed.extend(self.cache.take_progress(&shape, &vertices));
             more.extend(self.take_layers(blocks, &shape, &vertices));
@@ -75,25 +81,26 @@ impl Engine {
 
     /// Grows the hierarchy of faces to what a shape says, level by level, so that neighbours need not be split for it; returns their
     /// roots.
-    fn grow_as(&mut self, shape: &Shape, is_wanted: impl Fn(FaceId) -> bool) -> Vec<NodeId> {
+    fn grow_as(&mut self, shape: &Shape, wanted: impl Fn(FaceId) -> Option<f32>) -> Vec<NodeId> {
         let (cache, scene, weld) = (&mut self.cache, &self.scene, &mut self.weld);
-        let faces: Vec<(usize, FaceId)> = shape.faces().enumerate().filter(|&(_, face)| is_wanted(face)).collect();
-        let roots: Vec<NodeId> = faces.iter().map(|&(_, face)| cache.root(scene, weld, face)).collect();
+        let faces = shape.faces().enumerate().filter_map(|(place, face)| Some((place, face, wanted(face)?)));
+        let faces: Vec<(usize, FaceId, f32)> = faces.collect();
+        let roots: Vec<NodeId> = faces.iter().map(|&(_, face, _)| cache.root(scene, weld, face)).collect();
         let children: Vec<Vec<Option<usize>>> =
             (0..shape.faces().count()).map(|face| shape.first_children(face)).collect();
-        let place = |(&(face, _), &id): (&(usize, FaceId), &NodeId)| Place { id, face, node: 0 };
+        let place = |(&(face, _, pixels), &id): (&(usize, FaceId, f32), &NodeId)| Place { id, face, node: 0, pixels };
         let mut level: Vec<Place> = faces.iter().zip(&roots).map(place).collect();
         while !level.is_empty() {
             let mut next = Vec::new();
-            // What there is no room for stays coarse.
-            let is_full = self.is_over_budget();
-            for Place { id, face, node } in level {
+            // Where memory is short, what another view saw more closely than this one stays on disk.
+            let least = if self.is_over_budget() { self.options.min_pixels } else { 0.0 };
+            for Place { id, face, node, pixels } in level {
                 shape.tell(&mut self.cache, (face, node), id);
                 let Some(&Some(first)) = children[face].get(node) else { continue };
-                if !is_full && self.split_again(id) {
+                if pixels > least && self.split_again(id) {
                     self.cache.topology.nodes[id].indirect_split = shape.is_indirect_split((face, node));
                     let below = self.cache.topology.children(id).zip(first..);
-                    next.extend(below.map(|(id, node)| Place { id, face, node }));
+                    next.extend(below.map(|(id, node)| Place { id, face, node, pixels: pixels * 0.25 }));
                 }
             }
             level = next;
