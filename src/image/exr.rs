@@ -306,7 +306,12 @@ fn check_header(path: &Path) -> Result<()> {
 }
 
 fn read_error(path: &Path, error: exr::error::Error) -> Error {
+    use io::ErrorKind::{InvalidData, InvalidInput, UnexpectedEof};
     match error {
+        // Offsets in a damaged file lead anywhere.
+        exr::error::Error::Io(e) if matches!(e.kind(), InvalidInput | InvalidData | UnexpectedEof) => {
+            refused(path, &format!("cannot be read as an EXR image: it is cut off or damaged ({e})"))
+        }
         exr::error::Error::Io(e) => Error::io(path, "cannot read", e),
         other => refused(path, &format!("cannot be read as an EXR image: {other}")),
     }
