@@ -91,8 +91,8 @@ impl Room {
     /// more than their noise.
     #[must_use]
     pub const fn most_rays(self, most: u32) -> u32 {
-        /// 1 to 2 % noise.
-        const ENOUGH: u32 = 4096;
+        /// Some 5 % noise.
+        const ENOUGH: u32 = 512;
         if self.for_vertices { most } else { ENOUGH }
     }
 }
