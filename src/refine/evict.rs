@@ -95,6 +95,7 @@ impl Engine {
         }
         self.memory.room = Room { for_vertices: has_room, for_samples: has_room || self.used_bytes() < budget };
         self.memory.stats.full = !has_room;
+        self.memory.stats.short |= !has_room;
         if was_full && has_room && self.is_complete() {
             self.look_again();
         }

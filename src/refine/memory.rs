@@ -35,6 +35,8 @@ pub struct MemoryStats {
     pub file_bytes: u64,
     /// Whether refinement has stopped for want of memory.
     pub full: bool,
+    /// Whether it ever has.
+    pub short: bool,
     /// Whether the page file cannot be written: what does not fit in is computed again when it is seen.
     pub cannot_spill: bool,
 }

@@ -68,9 +68,9 @@ impl Session {
     /// What is to be said of a run for which there was too little memory.
     #[must_use]
     pub fn memory_doubt(&self) -> Option<String> {
-        let MemoryStats { budget, held, full, cannot_spill, evicted, .. } = self.stats.memory;
+        let MemoryStats { budget, held, short, cannot_spill, evicted, .. } = self.stats.memory;
         let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-        if full {
+        if short {
             let (held, budget) = (mib(held), mib(budget));
             return Some(format!(
                 "light is coarser than it would be: it takes {held} MiB of --memory {budget}; a higher --memory lets it be refined \
