@@ -162,13 +162,24 @@ impl Engine {
             if self.has_room_for(wanted, budget) {
                 break;
             }
+            if self.memory.is_spilled(cluster) {
+                // The rest of it is read, and may be given numbers of what is gone.
+                self.forget_all_removed(&mut removed);
+            }
             self.evict_cluster(cluster, &mut removed);
         }
         self.cache.remove_predicting(&self.scene, &self.weld, &mut removed);
         self.memory.predicting = std::mem::take(&mut removed.predicting);
-        let slots = self.forget_removed(removed);
-        slots.into_iter().for_each(|slot| self.cache.slots.recycle(slot));
+        self.forget_all_removed(&mut removed);
         self.cache.join_free();
+    }
+
+    /// Forgets what was removed out of view, so that all its numbers can be used again.
+    fn forget_all_removed(&mut self, removed: &mut Removed) {
+        let predicting = std::mem::take(&mut removed.predicting);
+        let slots = self.forget_removed(std::mem::take(removed));
+        slots.into_iter().for_each(|slot| self.cache.slots.recycle(slot));
+        removed.predicting = predicting;
     }
 
     /// Spills a cluster and removes its faces, unless one of them is in view.
